@@ -22,6 +22,8 @@ _SHOWN = 5
 """Most recordings on the page."""
 _LINES = 20
 """Stored lines of a recording's output."""
+_BEGIN = 15.0
+"""[s] of wall time, at most, until a recording has begun; the page waits 20 s for an answer."""
 
 
 class BusyError(RuntimeError):
@@ -68,13 +70,17 @@ class _Recording:
             env=os.environ | plugin_environment())
         # stored here: on a full disk there is no log to report it
         self._printed: deque[bytes] = deque(maxlen=_LINES)
+        self._has_begun = threading.Event()
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
     def _read(self) -> None:
         if self._process.stdout is not None:
             with self._process.stdout as printed:
-                self._printed.extend(printed)
+                for line in printed:
+                    self._printed.append(line)
+                    self._has_begun.set()
+        self._has_begun.set()
 
     @property
     def is_busy(self) -> bool:
@@ -94,6 +100,10 @@ class _Recording:
                 text = shortened(lines[-1].decode(errors='replace').strip() if lines
                                  else f'it ended with exit code {code}')
         return {'state': state, 'name': self.folder.name, 'text': text}
+
+    def wait_for_begin(self) -> None:
+        """Wait until it has found the topics and records, or has ended."""
+        self._has_begun.wait(_BEGIN)
 
     def stop(self) -> None:
         """End the recording; its report follows."""
@@ -133,13 +143,15 @@ class Recordings:
         return [one.state() for one in list(self._made)]
 
     def start(self, present: Mapping[str, Mapping[str, Any]]) -> str:
-        """Begin to record; return a text. Raises BusyError while any recording, of any page, goes on."""
+        """Begin to record; return a text once it does. Raises BusyError while any recording, of any page, goes on."""
         with self._lock:
             if self._made and self._made[-1].is_busy:
                 raise BusyError(f'{self._made[-1].folder.name} is not finished yet; stop it, or wait for its report')
             folder = _claim(self._folder, 'recording_{}', Path.mkdir)
             write_atomically(folder / 'parameters.yaml', parameter_text(present))
-            self._made.append(_Recording(folder, self._namespace))
+            recording = _Recording(folder, self._namespace)
+            self._made.append(recording)
+        recording.wait_for_begin()
         return f'recording into {folder}'
 
     def stop(self) -> str:

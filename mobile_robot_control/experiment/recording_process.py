@@ -1,4 +1,8 @@
-"""Record the topics of a namespace until the standard input closes; then measure and draw the run."""
+"""
+Record the topics of a namespace until the standard input closes; then measure and draw the run.
+
+The first line on the standard output says that it records, or why it does not.
+"""
 
 import sys
 import time
@@ -20,8 +24,8 @@ from mobile_robot_control.system.files import explain
 from mobile_robot_control.system.supervisor import keep_node, leave_dds
 from mobile_robot_control.topics import LOOPS, LoopGraph
 
-_DISCOVERY = 4.0
-"""[s] of wall time, at most, until every topic is discovered; DDS announces every 3 s."""
+_DISCOVERY = 8.0
+"""[s] of wall time, at most, until every topic is discovered; DDS repeats what was lost every 3 s."""
 _BEHIND, _SILENT = 10.0, 0.5
 """[s] of wall time: at most until every topic is recorded to the end, and without a message of the loop."""
 
@@ -59,6 +63,7 @@ def _record_bag(path: Path, namespace: str, stop: Stop, loop: LoopGraph) -> str:
         while not recorder.has_every_topic() and time.monotonic() < deadline:
             executor.spin_once(timeout_sec=0.05)
         recorder.first = max(recorder.newest.values(), default=0)
+        print('recording', flush=True)
         while not stop.requested and not bag.failure:
             executor.spin_once(timeout_sec=0.05)
         # topics come from several processes: on a busy machine the messages of one may be late

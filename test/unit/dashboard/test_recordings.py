@@ -34,7 +34,8 @@ def recorders(monkeypatch):
     begin = subprocess.Popen
 
     def start(command, **options):
-        code = f'import os, sys; os.chdir(sys.argv[1]); sys.stdin.read(); {words["report"]}'
+        code = ('import os, sys; os.chdir(sys.argv[1]); open("../begun", "w"); print("recording", flush=True); '
+                f'sys.stdin.read(); {words["report"]}')
         started.append(begin([sys.executable, '-c', code, command[3]], **options))
         return started[-1]
 
@@ -48,11 +49,12 @@ def finished(recordings, count):
     return recordings.state
 
 
-def test_a_double_click_begins_one_recording(tmp_path, recorders):
+def test_a_double_click_begins_one_recording_and_is_answered_once_it_records(tmp_path, recorders):
     started, _ = recorders
     recordings = Recordings(tmp_path, '/')
     found = at_once(lambda: recordings.start(PRESENT))
     assert len(started) == 1
+    assert (tmp_path / 'begun').exists()
     refused, = (one for one in found if isinstance(one, BusyError))
     assert 'recording_1 is not finished yet' in str(refused)
     assert [one['state'] for one in recordings.state] == ['recording']
