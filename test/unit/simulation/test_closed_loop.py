@@ -11,19 +11,21 @@ from observation import observed
 
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import NODES, course_of
+from mobile_robot_control.configuration.nodes import NODES, Configuration, course_of
 from mobile_robot_control.control import backstepping, velocity_pi
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
 from mobile_robot_control.reference.cart import accelerated_at, reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.loop_start import start
+from mobile_robot_control.simulation.loop_start import form_of, start
 from mobile_robot_control.simulation.rollout import is_complete, recorded, rollout
+from mobile_robot_control.simulation.ticks import Form
 
 GAINS = {'gains.k1': 1.0, 'gains.ti1': 10.0, 'gains.k2': 0.3, 'gains.ti2': 10.0}
 GENTLE = {'backstepping.p': 1.0, 'backstepping.q': 1.0, 'backstepping.f': 1.0, 'backstepping.g': 2.0}
@@ -33,6 +35,10 @@ def configured(position_rate=100.0, **nodes):
     nodes['velocity_controller'] = {**GAINS, **nodes.get('velocity_controller', {})}
     nodes['position_controller'] = {**GENTLE, **nodes.get('position_controller', {})}
     return configuration(500.0, position_rate, **nodes)
+
+
+def test_the_form_of_the_defaults_has_nothing_more():
+    assert form_of(Configuration()) == Form()
 
 
 def test_a_run_starts_at_rest_and_its_first_torque_follows_from_the_first_reference():
@@ -115,6 +121,15 @@ def test_there_is_a_truth_beside_the_tick_where_odometry_or_its_error_differ_fro
     assert all((sample.truth.pose, sample.truth.velocity) == (sample.tick.pose, sample.tick.velocity)
                for sample in ahead)
     assert ahead[-1].truth.error != ahead[-1].tick.error
+
+
+@each_row('drive', ['torque', 'velocity'])
+def test_odometry_is_sampled_from_the_wheels_of_its_own_step(drive):
+    parameters = configuration(plant={'noise.velocity': 0.1, 'encoders.ticks': 2000, 'drive': drive})
+    ticks = [sample for sample in rollout(parameters, 0.2) if sample.tick.time == sample.time]
+    assert len({sample.tick.velocity for sample in ticks}) > 10
+    for sample in ticks:
+        assert sample.tick.velocity == pytest.approx(tuple(body_velocity(sample.wheels, Robot())), rel=1e-12)
 
 
 def test_the_command_keeps_within_its_limits():

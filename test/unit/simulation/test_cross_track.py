@@ -100,6 +100,11 @@ def test_what_is_skipped_has_nothing_that_is_nearer(x, y, begin, length, name):
     assert nearest_on_path(table._replace(speed=math.inf), x, y, begin, begin + length, math.inf) == fast
 
 
+def test_from_behind_a_part_its_begin_is_nearest():
+    line = GrowingPath(CurveCourse(CURVES['line'], Placement(scale=4.0, period=PERIOD))).between(0.0, PERIOD)
+    assert nearest_on_path(line, -1.0, 0.0, 0.0, 8.0, math.inf) == (pytest.approx(1.0, rel=1e-12), 0.0)
+
+
 def test_points_at_which_a_curve_fails_are_left_out():
     def broken(s):
         assert s >= 0.0

@@ -161,7 +161,9 @@ def test_gains_that_cannot_be_prepared_do_not_decide_whether_a_law_compiles(regi
     assert not batch.compiles(trials[0])
     assert 'runs plain' not in capfd.readouterr().err
     monkeypatch.setattr(batch, 'compiles', asked.append)
-    assert [outcome.law_failed for outcome in run_trials(trials)] == [True, False]
+    failed, found = run_trials(trials)
+    assert (failed.law_failed, failed.steps, failed.variation) == (True, 0, 0.0)
+    assert not found.law_failed
     assert asked == trials[1:]
 
 

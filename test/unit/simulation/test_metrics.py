@@ -18,7 +18,7 @@ from mobile_robot_control.quantities import (
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
 from mobile_robot_control.simulation.index_meter import IndexMeter
-from mobile_robot_control.simulation.metric_table import BAND, INDICES
+from mobile_robot_control.simulation.metric_table import BAND, INDICES, RUN_METRICS
 from mobile_robot_control.simulation.metrics import MEASURED, MeasuredRun, RunMeter, summary
 from mobile_robot_control.simulation.rollout import measure, rollout
 from mobile_robot_control.simulation.totals import Totals, add_error, add_torque, objective
@@ -73,6 +73,8 @@ def test_errors_torque_power_and_energy_are_those_of_the_periods_before_the_end(
         'energy': 1.5,
         'objective': pytest.approx(math.log(4.0) + 5.0 * math.log(10.0) + math.log(3.75) + 14.0, rel=1e-15),
     }
+    assert ({metric.name for metric in RUN_METRICS if metric.of_wheels}
+            == {name for name, value in summary(meter.run('completed')).items() if isinstance(value, dict)})
 
 
 def test_equation_29_with_hand_numbers():

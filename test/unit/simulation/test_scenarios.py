@@ -85,8 +85,10 @@ def test_the_nodes_of_a_scenario_run_as_its_trial_and_a_base_has_its_delay_in_it
     on_path = configure({'reference_cart': {
         'curve': 'path', 'path.file': str(tmp_path / 'path.csv'), 'timing.max_linear_velocity': 0.5,
         'timing.max_linear_acceleration': 0.5}})
-    for parameters, curve in ((LAP, 'lemniscate'), (on_path, 'path'), (base, 'circle')):
-        scenario = Scenario(curve, 0.06, Pose(0.01, 0.0, 0.1), 1.0, 0.9, Noise((0.01, 0.0, 0.0), seed=3), 2)
+    heavier = (('/**.robot.mass', 20.0),)
+    for parameters, curve, robot in (
+            (LAP, 'lemniscate', heavier), (on_path, 'path', ()), (base, 'circle', ())):
+        scenario = Scenario(curve, 0.06, Pose(0.01, 0.0, 0.1), 1.0, 0.9, Noise((0.01, 0.0, 0.0), seed=3), 2, robot)
         found = scenario_configuration(parameters, scenario)
         assert found.reference_cart.curve.curve == curve
         trials = [scenario_trial(parameters, scenario, 0.2, 0.0),
