@@ -8,6 +8,8 @@ import yaml
 
 from mobile_robot_control.system.files import write_atomically
 
+# libyaml's, where PyYAML was built with it: the same bytes in a third of the time, and a bag dumps with every topic
+_DUMPER: Any = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
 _FOREVER = {'sec': 9223372036, 'nsec': 854775807}
 
 
@@ -51,7 +53,7 @@ def quality(latched: bool) -> dict[str, Any]:
 
 def metadata_yaml(content: Any) -> str:
     """Return dicts, strings and numbers as YAML in block style, without anchors."""
-    return yaml.safe_dump(content, sort_keys=False).strip()
+    return str(yaml.dump(content, Dumper=_DUMPER, sort_keys=False)).strip()
 
 
 class Metadata(NamedTuple):
