@@ -219,14 +219,23 @@ class Robots:
             self.call(lambda recorder=recorder: recorder.resume(PERIOD),
                       done=lambda namespace=namespace: self._plant_has_ended(namespace))
 
+    def _ask_to_set(self, node, values, done=lambda: False):
+        client = self._known_client(SetParameters, node, 'set_parameters')
+        return self.call(lambda: client.call_async(SetParameters.Request(parameters=[
+            Parameter(name.replace('__', '.'), value=value).to_parameter_msg() for name, value in values.items()
+        ])), every=10.0, done=done)
+
     def set(self, node, **values):
         """Set parameters of a node, with two underscores for the dot in a name; returns the result for each."""
-        client = self._known_client(SetParameters, node, 'set_parameters')
-        results = self.call(lambda: client.call_async(SetParameters.Request(parameters=[
-            Parameter(name.replace('__', '.'), value=value).to_parameter_msg() for name, value in values.items()
-        ])), every=10.0).results
+        results = self._ask_to_set(node, values).results
         assert len(results) == len(values)
         return results
+
+    def release(self):
+        """Let a held plant drive to its end, which may come before its answer has arrived."""
+        answer = self._ask_to_set('plant', {'hold_at': 0.0}, lambda: self._plant_has_ended('/'))
+        assert answer is None or answer.results[0].successful
+        self.finish()
 
     def trigger(self, service):
         """Call a service without arguments, once unless the answer is lost; returns success and message."""

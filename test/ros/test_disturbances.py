@@ -56,8 +56,7 @@ def test_pushes_act_as_in_one_process(robot, publisher, overrides):
                 push(9.0, 9.0, 800_000_000)):
         publisher.publish(one)
     publisher.wait_for_all_acked()
-    robot.set('plant', hold_at=0.0)
-    robot.finish()
+    robot.release()
     recording = robot.recording()
     pushes = {50: Push(4.0, -0.25), 101: Push(-40.0, 2.0)}
     configuration = configure(load([FILE], [f'plant.{override}' for override in overrides]))

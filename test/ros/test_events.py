@@ -69,8 +69,7 @@ def test_changes_are_published_with_their_first_stamp_and_those_of_the_curve_beg
     assert seen.of('plant') == [[0, 200_000_000 + PERIOD, {'reset': [0.5, 0.1, 1.5]}],
                                 [1, 0, {'initial_pose': [0.5, 0.1, 1.5]}]]
     assert max(pose.pose.position.x for pose in paths[-1].poses) == pytest.approx(0.5)
-    _set(robot, 'plant', hold_at=0.0)
-    robot.finish()
+    robot.release()
     recording = robot.recording()
     chosen = configure(load([FILE], [
         'velocity_controller.gains.k1:=0.25', 'position_controller.controller_type:=fuzzy',
@@ -90,8 +89,7 @@ def test_the_cart_goes_on_where_it_is_with_another_lap_time_and_the_pace_changes
     _set(robot, 'plant', real_time_factor=0.0)
     robot.wait_at(0.5)
     _set(robot, 'reference_cart', period=4.0)
-    _set(robot, 'plant', hold_at=0.0)
-    robot.finish()
+    robot.release()
     assert 'refused' not in robot.log()
     recording = robot.recording()
     assert not recording.problems

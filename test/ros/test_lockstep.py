@@ -137,8 +137,7 @@ def test_time_stands_still_while_paused_goes_on_in_its_pace_and_up_to_where_it_i
     assert all(result.successful for result in robot.set('plant', hold_at=0.25, real_time_factor=0.0))
     robot.listen(0.3)
     assert robot.time() == 0.5
-    assert all(result.successful for result in robot.set('plant', hold_at=0.0))
-    robot.finish()
+    robot.release()
     assert robot.recording().samples[-1].time == 1.0
 
 

@@ -32,8 +32,7 @@ def test_a_run_after_a_reset_equals_a_fresh_one_to_the_last_bit(robot):
         assert all(result.successful for result in robot.set('plant', hold_at=0.4, paused=False))
         robot.wait_at(0.4)
         assert robot.trigger('plant/reset')[0]
-    robot.set('plant', hold_at=0.0)
-    robot.finish()
+    robot.release()
     assert robot.log().count('a new run begins') == 3 * len(NODES)
     assert 'refused' not in robot.log()
     # four runs, and every stamp has one message of each topic, repeated
@@ -56,8 +55,7 @@ def test_a_new_initial_pose_acts_at_the_next_reset(robot):
     assert robot.trigger('plant/reset') == (True, 'a new run from [0.5, -0.5, 1.0] begins after t = 0.11 s')
     # it holds again where it did
     robot.wait_at(0.104, 'joint_states', 'wheel_torques')
-    robot.set('plant', hold_at=0.0)
-    robot.finish()
+    robot.release()
     recording = robot.recording()
     assert recording.problems == ('1 earlier runs left out; the last one is taken',)
     first, last = recording.samples[0], recording.samples[-1]

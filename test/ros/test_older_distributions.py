@@ -66,9 +66,7 @@ def test_without_what_humble_lacks_a_run_and_a_live_change_work(robot, like_humb
     result, = robot.set('position_controller', backstepping__f=-1.0)
     assert 'backstepping.f = -1.0' in result.reason
     robot.recorder.limit = NO_LIMIT
-    result, = robot.set('plant', hold_at=0.0)
-    assert result.successful, result.reason
-    robot.finish()
+    robot.release()
     recording = robot.recording()
     assert not recording.problems
     assert recording.samples[-1].time == 1.0

@@ -82,9 +82,7 @@ def test_a_second_plant_that_comes_and_goes_does_not_hold_the_run_up(robot, tmp_
     # its question at t = 0 begins a run of its own for the others
     robot.spin_until(lambda: robot.log().count('a new run begins') >= 2)
     stop_processes([second])
-    result, = robot.set('plant', hold_at=0.0)
-    assert result.successful
-    robot.finish()
+    robot.release()
     assert 'joined a run under way at t = ' in robot.log()
 
 
