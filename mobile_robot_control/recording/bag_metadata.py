@@ -53,7 +53,11 @@ def quality(latched: bool) -> dict[str, Any]:
 
 def metadata_yaml(content: Any) -> str:
     """Return dicts, strings and numbers as YAML in block style, without anchors."""
-    return str(yaml.dump(content, Dumper=_DUMPER, sort_keys=False)).strip()
+    try:
+        text = yaml.dump(content, Dumper=_DUMPER, sort_keys=False)
+    except UnicodeEncodeError:  # the file's name is no UTF-8, which libyaml refuses
+        text = yaml.safe_dump(content, sort_keys=False)
+    return str(text).strip()
 
 
 class Metadata(NamedTuple):

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import yaml
 from bag_making import WALL, messages_of, record, write
+from each import each_row
 from measuring import configuration
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
@@ -62,6 +63,14 @@ def test_bag_and_metadata_equal_those_of_rosbags(tmp_path, samples):
     assert ours.pop('ros_distro') == 'kilted'
     del theirs['ros_distro']
     assert ours == theirs
+
+
+@each_row('name', ['bag', 'b\xe4g \u65e5', 'bag\udcff'])
+def test_a_bag_of_any_name_is_recorded_with_the_metadata_of_plain_yaml(name, tmp_path, samples):
+    path = record(tmp_path / name, samples[:51])
+    text = (path / 'metadata.yaml').read_text()
+    assert text == yaml.safe_dump(yaml.safe_load(text), sort_keys=False)
+    assert [sample.time for sample in bag.read_bag(path).samples] == [sample.time for sample in samples[:51]]
 
 
 def test_messages_older_than_half_a_second_are_in_the_file(tmp_path, samples):
