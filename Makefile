@@ -98,7 +98,7 @@ bench: $(TESTED)
 fingerprint: $(TESTED)
 	@$(BIN)/python test/fingerprint.py
 
-# do the tests notice small changes of what moves the robot? see test/mutants.py; half an hour
+# do the tests notice small changes of what moves the robot? see test/mutants.py; 40 minutes
 mutants: $(VENV)/.mutants
 	$(BIN)/python test/mutants.py
 

@@ -22,7 +22,7 @@ os.environ['ROS_DOMAIN_ID'] = 'see test/conftest.py: the fixture domain'
 # ports of Fast DDS's shared memory are numbered across all domains: nodes that tests kill would meet those of others
 os.environ['FASTDDS_BUILTIN_TRANSPORTS'] = 'UDPv4'
 
-# threads of OpenBLAS wait for each other where other tests run beside them: half of the CPU time of an identification
+# beside other tests, threads of OpenBLAS wait for each other: an identification takes twice the CPU time
 os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
 TOGETHER = ('test/closed_loop/', 'test/unit/cli/', 'test/unit/conformance/', 'test/ros/dashboard/')

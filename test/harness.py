@@ -232,7 +232,7 @@ class Robots:
         return results
 
     def release(self):
-        """Let a held plant drive to its end, which may come before its answer has arrived."""
+        """Let a held plant drive to its end; it may end before its answer has arrived."""
         answer = self._ask_to_set('plant', {'hold_at': 0.0}, lambda: self._plant_has_ended('/'))
         assert answer is None or answer.results[0].successful
         self.finish()

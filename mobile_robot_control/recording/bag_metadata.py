@@ -8,7 +8,7 @@ import yaml
 
 from mobile_robot_control.system.files import write_atomically
 
-# libyaml's, where PyYAML was built with it: the same bytes in a third of the time, and a bag dumps with every topic
+# libyaml's, where PyYAML has it: the same bytes in a third of the time, and a bag dumps them with every new topic
 _DUMPER: Any = getattr(yaml, 'CSafeDumper', yaml.SafeDumper)
 _FOREVER = {'sec': 9223372036, 'nsec': 854775807}
 

@@ -37,7 +37,7 @@ def configured(position_rate=100.0, **nodes):
     return configuration(500.0, position_rate, **nodes)
 
 
-def test_the_form_of_the_defaults_has_nothing_more():
+def test_the_default_configuration_has_the_default_form():
     assert form_of(Configuration()) == Form()
 
 
