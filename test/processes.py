@@ -3,6 +3,8 @@
 import contextlib
 import re
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -24,6 +26,24 @@ def catches_sigterm(pid):
         caught = re.search(r'SigCgt:\s*(\w+)', Path(f'/proc/{pid}/status').read_text())
         return bool(int(caught[1], 16) >> (signal.SIGTERM - 1) & 1)
     return False
+
+
+_USAGE = """import os, sys
+_, status, used = os.wait4(os.posix_spawn(sys.executable, [sys.executable, *sys.argv[1:]], os.environ), 0)
+print(os.waitstatus_to_exitcode(status), used.ru_utime, used.ru_maxrss / 1024)"""
+
+
+def usage_of(*arguments):
+    """
+    Run Python with arguments to its end; return its CPU time [s] and its largest memory [MB].
+
+    A small process starts it: Linux counts in a process's largest memory that of the process that started it.
+    """
+    run = subprocess.run([sys.executable, '-c', _USAGE, *map(str, arguments)], capture_output=True, text=True,
+                         check=True)
+    code, seconds, megabytes = run.stdout.splitlines()[-1].split()
+    assert code == '0', (arguments, run.stderr)
+    return float(seconds), float(megabytes)
 
 
 def wait_until(condition, seconds=60.0, step=0.002):

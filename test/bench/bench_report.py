@@ -1,6 +1,5 @@
 """Memory of `report`, on a table of ten minutes and on a bag of an hour."""
 
-import os
 import struct
 import subprocess
 import sys
@@ -9,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from bag_making import WALL, messages_of
+from processes import usage_of
 
 from bench.graph import CONFIG
 from bench.progress import show
@@ -38,12 +38,7 @@ def write_bag(path: Path) -> None:
 
 def megabytes(run: Path, output: Path) -> float:
     """Give the largest memory of the process that reports a run."""
-    process = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.report', run, '--output', output],
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    _, status, used = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
-    assert process.returncode == 0, run
-    return used.ru_maxrss / 1024
+    return usage_of('-m', 'mobile_robot_control.cli.report', run, '--output', output)[1]
 
 
 def rows() -> Iterator[Row]:
