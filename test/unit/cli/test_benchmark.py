@@ -274,13 +274,14 @@ def generations(folder):
 @pytest.mark.soak
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize('where', [['--workers', '1'], ['--workers', '2'], 'dask'])
-def test_killed_at_ten_random_moments_it_ends_with_the_same_hash(tmp_path, where):
+def test_killed_at_ten_random_moments_it_ends_with_the_same_hash(tmp_path, request, where):
     command = [sys.executable, '-m', 'mobile_robot_control.cli.benchmark', '--laws', 'kanayama', 'periodic', '--tracks',
                'published', 'on_curve', '--budgets', '500', '--runs', '10', '--scenarios', '4', '--output']
     if where == 'dask':
         from distributed import LocalCluster  # an extra
 
         cluster = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
+        request.addfinalizer(cluster.close)
         where = ['--scheduler', cluster.scheduler_address]
     whole, killed = tmp_path / 'whole', tmp_path / 'killed'
     command, resumed = [*command, str(whole)], [*command, str(killed), *where, '--resume']
