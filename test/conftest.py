@@ -20,9 +20,6 @@ collect_ignore_glob = ['mutants.py', 'bench/bench_*.py', '*/conftest.py']
 # no number: a test that starts a node without the fixture `domain` fails, rather than join a domain of this machine
 os.environ['ROS_DOMAIN_ID'] = 'see test/conftest.py: the fixture domain'
 
-# ports of Fast DDS's shared memory are numbered across all domains: nodes that tests kill would meet those of others
-os.environ['FASTDDS_BUILTIN_TRANSPORTS'] = 'UDPv4'
-
 # beside other tests, threads of OpenBLAS wait for each other: an identification takes twice the CPU time
 os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
@@ -92,11 +89,16 @@ def pytest_runtest_setup(item):
 
 
 @pytest.fixture
-def domain(monkeypatch):
-    """A ROS domain of its own, for this process and its children."""
+def domain(monkeypatch, tmp_path_factory):
+    """A ROS domain of its own, for this process and its children, with the Fast DDS settings of an experiment."""
+    from mobile_robot_control.experiment.fastdds_profiles import PROFILES_VARIABLES, use_fastdds_profiles
+
     with own_domain() as variables:
         for name, value in variables.items():
             monkeypatch.setenv(name, value)
+        use_fastdds_profiles(tmp_path_factory.mktemp('fastdds'))
+        for name in PROFILES_VARIABLES.keys() & os.environ.keys():  # for this test alone
+            monkeypatch.setenv(name, os.environ.pop(name))
         yield
 
 

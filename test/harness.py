@@ -19,7 +19,7 @@ from rclpy.task import Future
 from std_srvs.srv import Trigger
 from warm_nodes import WarmNode
 
-from mobile_robot_control.experiment import fastdds_profiles
+from mobile_robot_control.experiment.fastdds_profiles import PROFILES_VARIABLES
 from mobile_robot_control.experiment.node_processes import stop_processes
 from mobile_robot_control.messages.parsing import serialised_stamp
 from mobile_robot_control.recording.bag_writer import BagWriter
@@ -74,28 +74,23 @@ def start_experiment(output, *arguments, report=False):
     return run
 
 
-QUIET = 'quiet.xml'
-"""The file of Fast DDS profiles for this process, beside that of the nodes: it announces itself as seldom as usual."""
-
-
 @contextlib.contextmanager
 def _announced_seldom():
     """
-    Make participants of this process that announce themselves seldom.
+    Make participants of this process that announce themselves as seldom as by default.
 
     Where one announces itself while a peer leaves and writers are deleted, Fast DDS may deadlock:
     https://github.com/eProsima/Fast-DDS/issues/6502
     """
-    variable = fastdds_profiles.PROFILES_VARIABLE
-    given = os.environ.get(variable)
-    quiet = Path(given).with_name(QUIET) if given else None
-    if quiet is not None and quiet.is_file():
-        os.environ[variable] = str(quiet)
+    given = {name: Path(os.environ[name]) for name in PROFILES_VARIABLES if name in os.environ}
+    for name, path in given.items():
+        quiet = path.with_name(f'quiet_{path.name}')
+        quiet.write_text(re.sub('<discovery_config>.*</discovery_config>', '', path.read_text(), flags=re.DOTALL))
+        os.environ[name] = str(quiet)
     try:
         yield
     finally:
-        if given is not None:
-            os.environ[variable] = given
+        os.environ.update({name: str(path) for name, path in given.items()})
 
 
 class Robots:

@@ -28,6 +28,15 @@ def catches_sigterm(pid):
     return False
 
 
+def threads_of(pid):
+    """List the names of a process's threads."""
+    found = []
+    for thread in Path(f'/proc/{pid}/task').glob('*/comm'):
+        with contextlib.suppress(OSError):  # it has ended
+            found.append(thread.read_text().strip())
+    return found
+
+
 _USAGE = """import os, sys
 _, status, used = os.wait4(os.posix_spawn(sys.executable, [sys.executable, *sys.argv[1:]], os.environ), 0)
 print(os.waitstatus_to_exitcode(status), used.ru_utime, used.ru_maxrss / 1024)"""

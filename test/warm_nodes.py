@@ -18,7 +18,7 @@ _FORKS.set_forkserver_preload(['mobile_robot_control.ros.spin', *(
     for name in ('plant', 'velocity_controller', 'position_controller', 'reference_cart'))])
 
 _AT_THE_START = dict(os.environ)
-_READ_LATER = ('ROS_', 'FASTDDS_', 'PYTEST_')
+_READ_LATER = ('ROS_', 'FASTDDS_', 'FASTRTPS_', 'PYTEST_')
 """Beginnings of variables that a node reads when it starts, not when it is imported."""
 
 

@@ -13,7 +13,6 @@ from typing import Annotated, NamedTuple
 from mobile_robot_control.configuration.addressing import read_namespace
 from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.dashboard.lesson_files import read_lessons
-from mobile_robot_control.experiment.fastdds_profiles import use_fastdds_profiles
 from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Field
@@ -97,6 +96,7 @@ def serve(request: DashboardRequest, stop: Stop) -> None:
     from mobile_robot_control.dashboard.server import PageServer, Served  # noqa: PLC0415
     from mobile_robot_control.dashboard.snapshot import shown_state  # noqa: PLC0415
     from mobile_robot_control.dashboard.started_nodes import StartedNodes  # noqa: PLC0415
+    from mobile_robot_control.experiment.fastdds_profiles import use_fastdds_profiles  # noqa: PLC0415
 
     with contextlib.ExitStack() as opened:
         opened.callback(listening.close)

@@ -16,6 +16,7 @@ from mobile_robot_control.ros.nodes.recorder import AHEAD, Recorder
 from mobile_robot_control.ros.services.stop import Stop
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.system.progress import RunProgress, tqdm
+from mobile_robot_control.system.supervisor import is_suspended
 from mobile_robot_control.topics import silent_node
 
 SETTLE = 1.0
@@ -150,5 +151,8 @@ class ExperimentRunner:
         dead = [process for process in self.processes if process.exit_code() is not None]
         if dead:
             return ExperimentResult('node_died', '\n'.join(process.exit_report() for process in dead))
-        silent = silent_node(self.recorder.newest, self.lockstep, self._position_period, self.loop)
+        # one that was suspended while it published may have answered the recorder and not the other nodes
+        suspended = [process.name for process in self.processes if is_suspended(process.pid)]
+        silent = ', '.join(suspended) or silent_node(
+            self.recorder.newest, self.lockstep, self._position_period, self.loop)
         return ExperimentResult('node_died', f'{silent} gave no answer for {self.patience} s and was given up')

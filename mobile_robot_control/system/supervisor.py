@@ -157,6 +157,11 @@ def _is_running(pid: int) -> bool:
     return _state(pid) != 'Z'
 
 
+def is_suspended(pid: int) -> bool:
+    """Return whether a process is stopped by a signal or a debugger; False on other systems than Linux."""
+    return _state(pid) in {'T', 't'}
+
+
 def _state(pid: int) -> str:
     """Return a process's state in Linux: T or t stopped by a signal or a debugger, Z ended; '' on other systems."""
     try:
@@ -178,7 +183,7 @@ def _watch(watched: int, seconds: float, grace: float, name: str) -> None:
         if not select.select([0], [], [], min(max(0.0, deadline - time.monotonic()), 3600.0))[0]:
             if time.monotonic() < deadline:
                 continue
-            if _state(watched) not in ('T', 't'):
+            if not is_suspended(watched):
                 break
             # by Ctrl-Z or a debugger: it resumes later
             deadline = time.monotonic() + seconds

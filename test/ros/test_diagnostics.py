@@ -39,7 +39,7 @@ class Reports:
         self._robot.spin_until(lambda: (self.newest(name).message, self.newest(name).level) == (message, level))
 
 
-def test_in_lockstep_nodes_are_paused_stale_ok_and_name_who_is_missing(domain, quick_discovery, tmp_path):
+def test_in_lockstep_nodes_are_paused_stale_ok_and_name_who_is_missing(domain, tmp_path):
     with contextlib.closing(Robots(tmp_path, ('/robot1',))) as robot:
         reports = Reports(robot)
         start = partial(robot.start, namespace='/robot1', arguments=[

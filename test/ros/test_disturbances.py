@@ -85,7 +85,7 @@ def test_what_cannot_act_is_refused_with_the_reason(robot, publisher):
     _refused(robot, publisher, push(1.0), 'several publishers (2 of them')
 
 
-def test_a_base_takes_no_pushes(domain, quick_discovery, tmp_path):
+def test_a_base_takes_no_pushes(domain, tmp_path):
     with contextlib.closing(Robots(tmp_path, loop=LOOPS['velocity'])) as robot:
         publisher = robot.recorder.create_publisher(WrenchStamped, 'disturbance', 10)
         robot.start('plant', arguments=['-p', 'drive:=velocity'])

@@ -10,7 +10,7 @@ import pytest
 from each import each_row
 from harness import CONFIG, numbers_in, run_command, start_experiment
 from mcap_ros2.reader import read_ros2_messages
-from processes import processes_of
+from processes import processes_of, threads_of
 
 from mobile_robot_control.cli import simulate
 from mobile_robot_control.runs import bag
@@ -102,21 +102,26 @@ def test_a_run_whose_recorder_stalls_and_is_interrupted_has_a_complete_bag_and_m
     assert (output / 'report.html').exists() == report
 
 
-@pytest.mark.parametrize(('name', 'number', 'told', 'options'), [
-    ('plant', signal.SIGKILL, 'was killed by SIGKILL', ()),
-    pytest.param('position_controller', signal.SIGKILL, 'was killed by SIGKILL', (), marks=pytest.mark.soak),
+@pytest.mark.parametrize(('names', 'number', 'told', 'options'), [
+    (['plant'], signal.SIGKILL, 'was killed by SIGKILL', ()),
+    pytest.param(['position_controller'], signal.SIGKILL, 'was killed by SIGKILL', (), marks=pytest.mark.soak),
     # another node may be without a turn for a second or two
-    ('reference_cart', signal.SIGSTOP, 'gave no answer for 5.0 s', ('--patience', 5)),
-    pytest.param('reference_cart', signal.SIGSTOP, 'gave no answer for 5.0 s', ('--patience', 5, *WALL_CLOCK),
+    (['velocity_controller', 'reference_cart'], signal.SIGSTOP, 'gave no answer for 5.0 s', ('--patience', 5)),
+    pytest.param(['reference_cart'], signal.SIGSTOP, 'gave no answer for 5.0 s', ('--patience', 5, *WALL_CLOCK),
                  marks=pytest.mark.soak),
 ])
-def test_a_node_that_dies_or_hangs_is_named(domain, tmp_path, name, number, told, options):
+def test_nodes_that_die_or_hang_are_named(bare_domain, tmp_path, names, number, told, options):
     output = tmp_path / 'run'
     run = start_experiment(output, '--duration', 30, *options)
-    os.kill(*processes_of(output, name), number)
+    threads = [name for process in processes_of(output) for name in threads_of(process)]
+    assert [name for name in threads if name.startswith('dds.udp')]
+    # a process that is suspended may hold a lock of the shared memory, and others wait for it
+    assert not [name for name in threads if name.startswith('dds.shm')]
+    for name in names:
+        os.kill(*processes_of(output, name), number)
     _, errors = run.communicate(timeout=120)
     assert run.returncode == 1
-    assert f'{name} {told}' in errors
+    assert f'{", ".join(names)} {told}' in errors
     assert 'Traceback' not in errors
     metrics = metrics_of(output)
     assert metrics['outcome'] == 'node_died'
@@ -138,7 +143,8 @@ def test_another_robot_on_the_same_topics_is_refused(robot, tmp_path):
     ('ROS_DOMAIN_ID', 'abc', "ROS_DOMAIN_ID = 'abc' is no ROS domain"),
     ('ROS_STATIC_PEERS', 'nonsense', 'Unable to resolve peer nonsense'),
 ])
-def test_an_environment_that_ros_refuses_leaves_nothing_behind(domain, tmp_path, monkeypatch, name, value, refusal):
+def test_an_environment_that_ros_refuses_leaves_nothing_behind(
+        bare_domain, tmp_path, monkeypatch, name, value, refusal):
     with monkeypatch.context() as changed:
         changed.setenv(name, value)
         done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'new' / 'run')

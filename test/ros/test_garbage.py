@@ -67,7 +67,7 @@ def _run(folder, duration, beside=None):
 
 
 @pytest.mark.parametrize('duration', [0.5, pytest.param(8.0, marks=[pytest.mark.soak, pytest.mark.timeout(900)])])
-def test_garbage_beside_a_run_changes_no_bit_of_it(domain, lossless, tmp_path, duration):
+def test_garbage_beside_a_run_changes_no_bit_of_it(domain, tmp_path, duration):
     clean, none = _run(tmp_path / 'clean', duration)
     dirty, refused = _run(tmp_path / 'dirty', duration, published())
     assert set(none) >= set(REASONS)

@@ -61,7 +61,7 @@ def test_a_topic_whose_package_is_not_installed_is_left_out_with_a_warning(robot
     assert publisher.get_subscription_count() == 0
 
 
-def test_any_bytes_as_a_plain_twist_and_beside_an_experiment_end_neither(domain, quick_discovery, tmp_path):
+def test_any_bytes_as_a_plain_twist_and_beside_an_experiment_end_neither(domain, tmp_path):
     # without a recorder, which takes another kind on cmd_vel
     with contextlib.closing(Robots(tmp_path, ())) as robots:
         node, heard = rclpy.create_node('hostile'), 0

@@ -19,7 +19,6 @@ QUICK = ['--params-file', str(HYBRID), '-p', 'real_time_factor:=0.0', '-p', 'pau
 """As fast as it goes, and paused at first."""
 
 
-@pytest.mark.usefixtures('lossless')
 def test_a_run_after_a_reset_equals_a_fresh_one_to_the_last_bit(robot):
     robot.start(arguments=[*QUICK, '-p', 'duration:=0.6', *IMPERFECT], composed=True)
     robot.spin_until(robot.recorder.has_every_topic)
@@ -42,7 +41,6 @@ def test_a_run_after_a_reset_equals_a_fresh_one_to_the_last_bit(robot):
     assert all(len(messages) == 1 for stamps in found.values() for messages in stamps.values())
 
 
-@pytest.mark.usefixtures('lossless')
 def test_a_new_initial_pose_acts_at_the_next_reset(robot):
     robot.start(arguments=[*QUICK, '-p', 'duration:=0.3', '-p', 'hold_at:=0.104'], composed=True)
     robot.spin_until(robot.recorder.has_every_topic)
@@ -89,7 +87,7 @@ def test_a_held_run_is_stepped_by_position_ticks_and_a_running_one_is_not(robot)
         names=['hold_at']))).values[0].double_value == 500 * PERIOD / 1e9)
 
 
-def test_a_base_that_takes_velocities_is_reset_and_stepped_as_well(domain, quick_discovery, tmp_path):
+def test_a_base_that_takes_velocities_is_reset_and_stepped_as_well(domain, tmp_path):
     with contextlib.closing(Robots(tmp_path, loop=LOOPS['velocity'])) as robot:
         robot.start(arguments=[*QUICK[2:], '-p', 'drive:=velocity', '-p', 'duration:=0.2'], composed=True)
         robot.spin_until(robot.recorder.has_every_topic)

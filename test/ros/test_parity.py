@@ -102,7 +102,7 @@ def _assert_agree(recording, configuration, seconds):
 @pytest.mark.parametrize('law', [
     # without memory, as ramsete
     pytest.param(name, marks=pytest.mark.soak) if name in ('kanayama', 'periodic') else name for name in LAWS])
-def test_recorded_topics_agree_with_the_rollout(domain, lossless, tmp_path, law):
+def test_recorded_topics_agree_with_the_rollout(domain, tmp_path, law):
     # a lap of the law that has a memory; the others meet every speed of the cart within a sixth of it
     seconds = 16 if law == 'hybrid_backstepping' else 3
     configuration, arguments = _configured(tmp_path, seconds, [CONFIG / f'{law}.yaml'])
@@ -114,7 +114,7 @@ def test_recorded_topics_agree_with_the_rollout(domain, lossless, tmp_path, law)
     *(pytest.param(options, id=name) for name, options in ROBOTS.items()),
     *(pytest.param(options, id=name, marks=pytest.mark.soak) for name, options in MORE.items())])
 def test_a_robot_as_it_is_agrees_with_the_rollout_and_drives_again_to_the_last_bit(
-        domain, lossless, tmp_path, options):
+        domain, tmp_path, options):
     found = []
     # in lockstep /clock changes no bit
     for use_sim_time in ('false', 'true'):
@@ -131,7 +131,7 @@ def test_a_robot_as_it_is_agrees_with_the_rollout_and_drives_again_to_the_last_b
 
 
 def test_four_processes_on_a_busy_machine_agree_with_the_rollout_and_with_composed_nodes_to_the_last_bit(
-        domain, lossless, tmp_path):
+        domain, tmp_path):
     overrides = [
         'plant.noise.pose:=[0.01, 0.02, 0.005]', 'plant.noise.velocity:=0.05', 'plant.noise.seed:=7',
         'plant.delay.velocity_steps:=2', 'plant.disturbance.time:=1.0', 'plant.disturbance.impulse:=[0.002, -0.001]',
@@ -172,7 +172,7 @@ PATH = """
 """
 
 
-def test_nodes_and_simulate_drive_a_path_alike_to_its_end(domain, lossless, tmp_path):
+def test_nodes_and_simulate_drive_a_path_alike_to_its_end(domain, tmp_path):
     file = tmp_path / 'path.yaml'
     file.write_text(PATH)
     (tmp_path / 'bend.csv').write_text('x,y\n0,0\n0.5,0\n0.5,0.5\n')
@@ -189,7 +189,7 @@ def test_nodes_and_simulate_drive_a_path_alike_to_its_end(domain, lossless, tmp_
 
 
 @pytest.mark.parametrize('robot', [pytest.param('create3', marks=pytest.mark.soak), 'turtlebot3_burger'])
-def test_an_experiment_with_a_shipped_robot_is_the_one_that_is_simulated(domain, quick_discovery, tmp_path, robot):
+def test_an_experiment_with_a_shipped_robot_is_the_one_that_is_simulated(domain, tmp_path, robot):
     metrics, recording = experiment(tmp_path / 'run', '--robot', robot, '--duration', 2, '--composed')
     configuration = at_cart_start(configure(load([shipped_robots()[robot]])))
     _assert_agree(recording, configuration, 2)

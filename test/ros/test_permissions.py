@@ -74,7 +74,7 @@ def seldom(condition):
     return look
 
 
-def test_every_node_creates_what_the_policy_allows_and_nothing_else(domain, quick_discovery, tmp_path, monkeypatch):
+def test_every_node_creates_what_the_policy_allows_and_nothing_else(domain, tmp_path, monkeypatch):
     (tmp_path / 'tf2_ros.py').write_text(TF2)
     monkeypatch.setenv('PYTHONPATH', os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
     with contextlib.closing(Robots(tmp_path / 'run', tuple(MODES))) as robots:

@@ -86,7 +86,7 @@ def test_nodes_refuse_arguments(domain, capfd, node, arguments, words):
     _assert_refused(*_spin(capfd, node, *arguments), words)
 
 
-def test_peers_that_ros_cannot_resolve_are_refused(domain, monkeypatch, capfd):
+def test_peers_that_ros_cannot_resolve_are_refused(bare_domain, monkeypatch, capfd):
     monkeypatch.setenv('ROS_STATIC_PEERS', 'nonsense')
     _assert_refused(*_spin(capfd, 'plant'), ['Unable to resolve peer nonsense'])
 

@@ -192,7 +192,7 @@ def _operations(robot, draw, publisher):
 
 @pytest.mark.soak
 @pytest.mark.parametrize('seed', range(8))
-def test_whatever_changes_a_run_is_replayed_to_the_last_bit(domain, quick_discovery, tmp_path, seed):
+def test_whatever_changes_a_run_is_replayed_to_the_last_bit(domain, tmp_path, seed):
     draw = random.Random(seed)  # noqa: S311 (no secret)
     drive = ('torque', 'velocity')[seed % 2]
     imperfect = {'torque': ['noise.velocity:=0.01', 'delay.velocity_steps:=1', 'friction.coulomb:=0.01'],

@@ -20,7 +20,7 @@ FAST = ['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0', '-p', 'paused:=tru
         'initial_pose:=[0.8, 0.1, 0.0]']
 
 
-def test_two_robots_drive_as_each_alone(domain, lossless, tmp_path):
+def test_two_robots_drive_as_each_alone(domain, tmp_path):
     robots = {'/robot1': ['--params-file', CONFIG / 'hybrid_backstepping.yaml', *FAST],
               '/robot2': ['--params-file', CONFIG / 'fuzzy.yaml', *FAST, '-p', 'publish_clock:=false']}
     alone = {}

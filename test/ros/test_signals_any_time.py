@@ -1,21 +1,18 @@
 """SIGINT and SIGTERM at any moment of nodes and experiments: exit code 0, complete bags, no traceback."""
 
-import contextlib
 import json
 import random
 import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 from harness import CONFIG
-from processes import catches_sigterm, processes_of, wait_until
+from processes import catches_sigterm, processes_of, threads_of, wait_until
 
 from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.experiment.fastdds_profiles import PROFILES_VARIABLE
 from mobile_robot_control.runs import bag
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -137,12 +134,9 @@ def test_running_nodes_end_with_exit_code_0_and_print_nothing(robot, number):
                 if word not in line] == []
 
 
-def test_a_node_has_no_type_lookup_and_ends_when_its_standard_input_closes(robot, monkeypatch):
-    monkeypatch.delenv(PROFILES_VARIABLE, raising=False)  # as a user starts it
+def test_a_node_has_no_type_lookup_and_ends_when_its_standard_input_closes(robot, bare_domain):
     robot.start('plant')
     robot.spin_until(lambda: 'waiting for' in robot.log('plant'))
-    for thread in Path(f'/proc/{robot.processes["plant"].pid}/task').glob('*/comm'):
-        with contextlib.suppress(OSError):  # it has ended
-            assert not thread.read_text().startswith('dds.tls')
+    assert not [name for name in threads_of(robot.processes['plant'].pid) if name.startswith('dds.tls')]
     robot.processes['plant'].close_input()
     robot.finish()

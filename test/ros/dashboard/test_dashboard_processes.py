@@ -159,7 +159,7 @@ def test_an_address_that_is_none_is_refused(domain, tmp_path):
         assert 'Traceback' not in done.stderr
 
 
-def test_other_publishers_are_named_and_nothing_is_started(domain, quick_discovery, tmp_path):
+def test_other_publishers_are_named_and_nothing_is_started(domain, tmp_path):
     nodes = NodeProcess(LOOPS['torque'].nodes, [], tmp_path / 'nodes.log')
     try:
         wait_until(lambda: 'a run begins' in (tmp_path / 'nodes.log').read_text(), 30.0, 0.05)

@@ -54,13 +54,38 @@ def test_a_run_replaces_the_one_before_also_where_a_second_run_is_refused(tmp_pa
     assert not other.exists()
 
 
-def test_settings_of_fast_dds_are_written_to_a_file_unless_the_user_has_named_one(tmp_path, monkeypatch):
-    name = 'FASTDDS_DEFAULT_PROFILES_FILE'
-    monkeypatch.setenv(name, '/mine.xml')
-    fastdds_profiles.use_fastdds_profiles(tmp_path)
-    assert os.environ[name] == '/mine.xml'
+FAST_DDS, LOCALHOST = 'rmw_fastrtps_cpp', {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+
+
+def _variables_after(monkeypatch, folder, given, implementation=FAST_DDS):
+    """Return the variables of an environment in which the settings of Fast DDS were written to a folder."""
+    with monkeypatch.context() as changed:
+        changed.setattr(os, 'environ', dict(given))
+        changed.setattr(fastdds_profiles, 'get_rmw_implementation_identifier', lambda: implementation)
+        fastdds_profiles.use_fastdds_profiles(folder)
+        return os.environ
+
+
+@each_row('name', fastdds_profiles.PROFILES_VARIABLES)
+def test_settings_of_fast_dds_in_a_file_that_the_user_has_named_stay_in_force(tmp_path, monkeypatch, name):
+    given = LOCALHOST | {name: '/mine.xml'}
+    assert _variables_after(monkeypatch, tmp_path, given) == given
     assert not list(tmp_path.iterdir())
-    monkeypatch.delenv(name)
-    fastdds_profiles.use_fastdds_profiles(tmp_path)
-    assert os.environ[name] == str(tmp_path / 'fastdds.xml')
-    assert ElementTree.parse(tmp_path / 'fastdds.xml').getroot().tag.endswith('profiles')  # noqa: S314 (our own file)
+
+
+@each_row(('given', 'implementation', 'is_local'), [
+    ({}, FAST_DDS, False),
+    (LOCALHOST, FAST_DDS, True),
+    ({'ROS_LOCALHOST_ONLY': '1'}, 'rmw_fastrtps_dynamic_cpp', True),
+    ({'ROS_LOCALHOST_ONLY': '0'}, FAST_DDS, False),
+    (LOCALHOST | {'ROS_STATIC_PEERS': 'robot.local'}, FAST_DDS, False),
+    (LOCALHOST, 'rmw_cyclonedds_cpp', False),
+])
+def test_otherwise_they_are_written_to_a_file_and_keep_discovery_on_this_machine_if_it_is(
+        tmp_path, monkeypatch, given, implementation, is_local):
+    variables = _variables_after(monkeypatch, tmp_path, given, implementation)
+    named, = variables.keys() & fastdds_profiles.PROFILES_VARIABLES.keys()
+    assert variables.pop(named) == str(tmp_path / 'fastdds.xml')
+    assert variables == ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SYSTEM_DEFAULT'} if is_local else given)
+    settings = ElementTree.parse(tmp_path / 'fastdds.xml').getroot()  # noqa: S314 (our own file)
+    assert [peer.text for peer in settings.iterfind('.//{*}initialPeersList//{*}address')] == ['127.0.0.1'] * is_local

@@ -12,7 +12,6 @@ import rclpy
 from processes import wait_until
 
 from mobile_robot_control.cli import experiment
-from mobile_robot_control.experiment.fastdds_profiles import PROFILES_VARIABLE
 
 START = """
 import ctypes, subprocess, time
@@ -103,7 +102,7 @@ def test_an_experiment_for_which_nothing_can_start_ends_with_exit_code_1(tmp_pat
         raise RuntimeError('pthread_create failed: Resource temporarily unavailable')
 
     monkeypatch.delenv('ROS_DOMAIN_ID')
-    monkeypatch.setenv(PROFILES_VARIABLE, 'of the user')
+    monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', 'of the user')
     monkeypatch.setattr(experiment, 'Stop', lambda: SimpleNamespace(requested=False))
     monkeypatch.setattr(rclpy, 'init', fail)
     assert experiment.main(['--duration', '1', '--output', str(tmp_path / 'run'), '--no-report']) == 1
