@@ -1,7 +1,8 @@
 """
 A stand-in base of stand_in_model as a node: on the wall clock or, with a factor, as a simulator that publishes /clock.
 
-`ground_truth` is its true pose. SIGUSR1 stops simulated time, or lets it go on; SIGUSR2 begins it anew.
+On a machine too busy for the factor, simulated time goes more slowly. `ground_truth` is the base's true pose. SIGUSR1
+stops simulated time, or lets it go on; SIGUSR2 begins it anew.
 """
 
 import argparse
@@ -16,6 +17,9 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from stand_in_model import STEP, Base, StandIn
+
+LONGEST = 0.1
+"""[s] of simulated time between two messages on /clock: otherwise each would come later than the one before."""
 
 
 class LateBase(Node):
@@ -48,7 +52,8 @@ class LateBase(Node):
     def _advance(self):
         wall = time.monotonic()
         if not self._stands:
-            self._now += (self._factor or 1.0) * (wall - self._wall)
+            passed = (self._factor or 1.0) * (wall - self._wall)
+            self._now += min(passed, LONGEST) if self._factor else passed
         self._wall = wall
         while self._robot.k * STEP < self._now:
             self._robot.sample()
