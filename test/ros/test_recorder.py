@@ -6,13 +6,15 @@ from types import SimpleNamespace
 import pytest
 import rclpy
 from builtin_interfaces.msg import Time
-from nav_msgs.msg import Odometry
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry, Path
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from mobile_robot_control.messages.parsing import serialised_stamp
 from mobile_robot_control.ros.nodes.recorder import NO_LIMIT, Recorder
+from mobile_robot_control.ros.services.qos import LATCHED
 from mobile_robot_control.ros.spin import make_executor
 from mobile_robot_control.topics import LOOPS
 
@@ -73,6 +75,28 @@ def test_odometry_of_a_driver_without_repetitions_is_recorded(executor):
         assert time.monotonic() < deadline
         publisher.publish(Odometry())
         executor.spin_once(timeout_sec=0.05)
+    talker.destroy_node()
+
+
+def test_a_run_may_begin_once_the_latched_path_of_the_cart_is_recorded(executor):
+    loop, recorded = LOOPS['velocity'], []
+    recorder = Recorder('/', lambda topic, *_: recorded.append(topic), lambda kind: True, loop)
+    recorder.newest.update(dict.fromkeys(loop.topics, 0))
+    talker = rclpy.create_node('talker')
+    executor.add_node(recorder)
+
+    def spin_until(condition):
+        deadline = time.monotonic() + 30.0
+        while not condition():
+            assert time.monotonic() < deadline
+            executor.spin_once(timeout_sec=0.05)
+
+    diagnostics = [talker.create_publisher(DiagnosticArray, '/diagnostics', 10) for _ in loop.nodes]
+    spin_until(lambda: recorder.count_publishers('/diagnostics') == len(diagnostics))
+    assert not recorder.has_every_node()
+    talker.create_publisher(Path, 'reference_path', LATCHED).publish(Path())
+    spin_until(recorder.has_every_node)
+    assert '/reference_path' in recorded
     talker.destroy_node()
 
 

@@ -75,6 +75,7 @@ class Recorder(Node):
         self.received = 0
         self.limit = self.last = NO_LIMIT
         self.first = -NO_LIMIT
+        self._path, self._has_path = self.resolve_topic_name('reference_path'), False
         self._ahead = self._allowed = 0
         self._plant: Any = self.create_client(SetParameters, 'plant/set_parameters')
         self._graph = loop
@@ -133,8 +134,13 @@ class Recorder(Node):
                 last, turns = time.monotonic(), 0
 
     def has_every_node(self) -> bool:
-        """Return whether, in addition, the diagnostics of all nodes are discovered, which may report a failed law."""
-        return self.has_every_topic() and self.count_publishers('/diagnostics') >= len(self._graph.nodes)
+        """
+        Return whether, in addition, the cart's path has come, and the diagnostics of all nodes are discovered.
+
+        A short run would end before; diagnostics may report a failed law.
+        """
+        return (self.has_every_topic() and self._has_path
+                and self.count_publishers('/diagnostics') >= len(self._graph.nodes))
 
     def resume(self, period: int = 0) -> Future[Any]:
         """
@@ -238,6 +244,8 @@ class Recorder(Node):
                     self._set_on_plant()
             elif topic == '/diagnostics':
                 self._note_diagnostics(message)
+            elif topic == self._path:
+                self._has_path = True
             if self.first <= stamp <= self.last:
                 self._sink(topic, kind, now, message, latched)
 
