@@ -96,8 +96,10 @@ def domain(monkeypatch, tmp_path_factory):
     with own_domain() as variables:
         for name, value in variables.items():
             monkeypatch.setenv(name, value)
+        for name in PROFILES_VARIABLES:
+            monkeypatch.delenv(name, raising=False)
         use_fastdds_profiles(tmp_path_factory.mktemp('fastdds'))
-        for name in PROFILES_VARIABLES.keys() & os.environ.keys():  # for this test alone
+        for name in {*PROFILES_VARIABLES} & os.environ.keys():  # for this test alone
             monkeypatch.setenv(name, os.environ.pop(name))
         yield
 

@@ -5,9 +5,10 @@ from pathlib import Path
 
 from rclpy.utilities import get_rmw_implementation_identifier
 
-PROFILES_VARIABLES = {'FASTDDS_DEFAULT_PROFILES_FILE': 'heartbeat_period',
-                      'FASTRTPS_DEFAULT_PROFILES_FILE': 'heartbeatPeriod'}
-"""The variable of Fast DDS 3 and that of Fast DDS 2, each with its element for the period of heartbeats."""
+PROFILES_VARIABLES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
+"""The variable of Fast DDS 3, and that of Fast DDS 2."""
+_HEARTBEATS = ('heartbeat_period', 'heartbeatPeriod')
+"""The element for the period of heartbeats in the files of each."""
 # Processes that start together miss each other's first announcements, and by default the next come 3 s later: here each
 # announces itself for 4 s. By default a reliable listener learns every 3 s of the messages that it lacks, when their
 # publisher may have ended. Shared memory is off: its ports are numbered across all ROS domains of a machine, and where
@@ -83,16 +84,14 @@ def use_fastdds_profiles(folder: Path) -> None:
     The folder receives the file of settings. A file that the user has named in the environment stays in force.
     Discovery on this machine alone, which the environment may ask for, becomes one of the settings.
     """
-    if PROFILES_VARIABLES.keys() & os.environ.keys():
+    if any(variable in os.environ for variable in PROFILES_VARIABLES):
         return
-    implementation = get_rmw_implementation_identifier()
-    local = implementation.startswith('rmw_fastrtps') and _is_local()
-    version_2 = 'libfastrtps.so' in Path('/proc/self/maps').read_text(encoding='utf-8')
-    variable = 'FASTRTPS_DEFAULT_PROFILES_FILE' if version_2 else 'FASTDDS_DEFAULT_PROFILES_FILE'
+    local = get_rmw_implementation_identifier().startswith('rmw_fastrtps') and _is_local()
+    # the library of Fast DDS 2, which the line above has loaded
+    is_2 = 'libfastrtps.so' in Path('/proc/self/maps').read_text(encoding='utf-8')
     file = folder / 'fastdds.xml'
-    file.write_text(_PROFILES.format(heartbeat=PROFILES_VARIABLES[variable], local=_LOCAL if local else ''),
-                    encoding='utf-8')
-    os.environ[variable] = str(file.resolve())
+    file.write_text(_PROFILES.format(heartbeat=_HEARTBEATS[is_2], local=_LOCAL if local else ''), encoding='utf-8')
+    os.environ[PROFILES_VARIABLES[is_2]] = str(file.resolve())
     if local:
         os.environ.pop('ROS_LOCALHOST_ONLY', None)
         os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SYSTEM_DEFAULT'

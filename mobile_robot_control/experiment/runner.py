@@ -49,9 +49,9 @@ class ExperimentRunner:
     The processes of one experiment and its progress.
 
     DDS discovery takes up to seconds, and a run must not begin before its recorder receives all of it: nodes start
-    `paused`. In lockstep the run begins once every loop topic has had a message, since a paused plant repeats t = 0 and
-    every node its answers; `hold_at` then keeps the plant no further ahead than publishers store messages. On the wall
-    clock it begins once every node has found the recorder, by its diagnostics.
+    `paused`. In lockstep the run begins once the cart's path and a message on every loop topic are recorded, since a
+    paused plant repeats t = 0 and every node its answers; `hold_at` then keeps the plant no further ahead than
+    publishers store messages. On the wall clock it begins once every node has found the recorder, by its diagnostics.
     """
 
     def __init__(

@@ -84,7 +84,7 @@ def test_settings_of_fast_dds_in_a_file_that_the_user_has_named_stay_in_force(tm
 def test_otherwise_they_are_written_to_a_file_and_keep_discovery_on_this_machine_if_it_is(
         tmp_path, monkeypatch, given, implementation, is_local):
     variables = _variables_after(monkeypatch, tmp_path, given, implementation)
-    named, = variables.keys() & fastdds_profiles.PROFILES_VARIABLES.keys()
+    named, = variables.keys() & {*fastdds_profiles.PROFILES_VARIABLES}
     assert variables.pop(named) == str(tmp_path / 'fastdds.xml')
     assert variables == ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SYSTEM_DEFAULT'} if is_local else given)
     settings = ElementTree.parse(tmp_path / 'fastdds.xml').getroot()  # noqa: S314 (our own file)
