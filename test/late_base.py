@@ -19,7 +19,7 @@ from rosgraph_msgs.msg import Clock
 from stand_in_model import STEP, Base, StandIn
 
 LONGEST = 0.1
-"""[s] of simulated time between two messages on /clock: otherwise each would come later than the one before."""
+"""[s] of simulated time from one message on /clock to the next: on a busy machine it would grow and grow."""
 
 
 class LateBase(Node):

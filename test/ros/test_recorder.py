@@ -26,6 +26,14 @@ def executor(domain):
     rclpy.shutdown()
 
 
+def spin_until(executor, condition):
+    """Spin until a condition holds; fail if it does not in time."""
+    deadline = time.monotonic() + 30.0
+    while not condition():
+        assert time.monotonic() < deadline
+        executor.spin_once(timeout_sec=0.05)
+
+
 def test_every_topic_of_the_loop_begins_and_ends_at_the_same_stamp(executor):
     recorded = []
     recorder = Recorder('/', lambda topic, kind, received, message, latched: recorded.append(
@@ -36,15 +44,10 @@ def test_every_topic_of_the_loop_begins_and_ends_at_the_same_stamp(executor):
     executor.add_node(talker)
 
     def publish(topic, *stamps):
-        deadline = time.monotonic() + 30.0
-        while publishers[topic].get_subscription_count() == 0:
-            assert time.monotonic() < deadline
-            executor.spin_once(timeout_sec=0.05)
+        spin_until(executor, lambda: publishers[topic].get_subscription_count() > 0)
         for stamp in stamps:
             publishers[topic].publish(JointState(header=Header(stamp=Time(nanosec=stamp))))
-        while recorder.newest.get(topic) != stamps[-1]:
-            assert time.monotonic() < deadline
-            executor.spin_once(timeout_sec=0.05)
+        spin_until(executor, lambda: recorder.newest.get(topic) == stamps[-1])
 
     recorder.first = NO_LIMIT
     publish('joint_states', 0)
@@ -70,11 +73,12 @@ def test_odometry_of_a_driver_without_repetitions_is_recorded(executor):
     publisher = talker.create_publisher(Odometry, 'odom', qos_profile_sensor_data)
     executor.add_node(recorder)
     executor.add_node(talker)
-    deadline = time.monotonic() + 30.0
-    while '/odom' not in recorded:
-        assert time.monotonic() < deadline
+
+    def is_recorded():
         publisher.publish(Odometry())
-        executor.spin_once(timeout_sec=0.05)
+        return '/odom' in recorded
+
+    spin_until(executor, is_recorded)
     talker.destroy_node()
 
 
@@ -84,18 +88,11 @@ def test_a_run_may_begin_once_the_latched_path_of_the_cart_is_recorded(executor)
     recorder.newest.update(dict.fromkeys(loop.topics, 0))
     talker = rclpy.create_node('talker')
     executor.add_node(recorder)
-
-    def spin_until(condition):
-        deadline = time.monotonic() + 30.0
-        while not condition():
-            assert time.monotonic() < deadline
-            executor.spin_once(timeout_sec=0.05)
-
     diagnostics = [talker.create_publisher(DiagnosticArray, '/diagnostics', 10) for _ in loop.nodes]
-    spin_until(lambda: recorder.count_publishers('/diagnostics') == len(diagnostics))
+    spin_until(executor, lambda: recorder.count_publishers('/diagnostics') == len(diagnostics))
     assert not recorder.has_every_node()
     talker.create_publisher(Path, 'reference_path', LATCHED).publish(Path())
-    spin_until(recorder.has_every_node)
+    spin_until(executor, recorder.has_every_node)
     assert '/reference_path' in recorded
     talker.destroy_node()
 
