@@ -4,8 +4,7 @@ Mutation testing of what moves the robot: what share of small changes of the cod
 ``make mutants`` takes 100 places of each part with a fixed seed, one mutant of Cosmic Ray at each, and runs the tests
 that execute its line, without compiling. It prints each survivor and, by part, the killed share with its 95 % interval
 and the coverage. Mutants live in memory: a process that has all but this project imported forks, imports the mutant,
-and runs its tests. Tests over DDS take no part: nodes are processes of their own. Tests that take longer than a minute
-without compiling are left out.
+and runs its tests. Tests over DDS take no part: nodes are processes of their own. SLOW ones are left out.
 """
 
 import ast
@@ -38,6 +37,9 @@ DECLARATIONS = 'test/lint/test_docs.py::test_the_table_of_all_parameters_is_pres
 """Compares declarations, which run at the import, with their table."""
 TESTS = (*(f'test/unit/{name}' for name in PARTS if ' ' not in name), 'test/unit/ros/test_stamp_policy.py',
          'test/unit/ros/test_lockstep_driver.py', 'test/property', 'test/closed_loop', DECLARATIONS)
+SLOW = ('test_identification.py', 'test_batch.py::test_plain_and_compiled_form_of_a_base_with_everything_',
+        'test_chapter_numbers.py::test_one_lap_of_the_trifolium_at_20_khz_')
+"""Tests in test/closed_loop that take minutes without compiling."""
 SEED, COUNT, WORKERS = 1, 100, 2
 FORK = multiprocessing.get_context('fork')
 LONGEST = 40.0
@@ -108,10 +110,11 @@ def drawn(part):
 def _measure(folder):
     """Run all tests; return the coverage, with the tests of each line, and the times of the tests, of failed ones ∞."""
     file = Path(folder, 'coverage')
+    # no limit of time: an alarm that ends a test while coverage holds its lock leaves the next one waiting for ever
     done = subprocess.run(
-        [sys.executable, '-m', 'pytest', '-q', '--numprocesses', str(WORKERS), '-m', 'not soak and not dds',
-         '--cov=mobile_robot_control', '--cov-context=test', '--cov-report=', '--durations=0', '-vv',
-         '-o', 'timeout=60', *TESTS],
+        [sys.executable, '-m', 'pytest', '--numprocesses', str(WORKERS), '-m', 'not soak and not dds',
+         '--cov=mobile_robot_control', '--cov-context=test', '--cov-report=', '--durations=0', '--durations-min=0',
+         '-o', 'timeout=0', *(f'--deselect=test/closed_loop/{name}' for name in SLOW), *TESTS],
         cwd=ROOT, env=os.environ | {'COVERAGE_FILE': str(file)}, capture_output=True, text=True, check=False)
     times = collections.Counter()
     for seconds, test in re.findall(r'^([\d.]+)s (?:call|setup) +(test/\S.*)$', done.stdout, re.MULTILINE):
@@ -127,15 +130,24 @@ def _measure(folder):
 
 
 def _tests_of(file, line, data, times):
-    """Return the tests of a line, the shortest first; of a line that runs at the import, those of its file."""
+    """
+    Return the tests of a line, the shortest first.
+
+    Of a line that runs at the import, they are those of its file, and those in files that import it.
+    """
     contexts = data.contexts_by_lineno(str(file))
 
     def named(ones):
         return {one.partition('|')[0] for one in ones if one} - {DECLARATIONS}
 
     found = named(contexts.get(line, ()))
-    chosen, total = ([], 0.0) if found else ([DECLARATIONS], 0.0)
-    for test in sorted(found or named(one for ones in contexts.values() for one in ones), key=times.__getitem__):
+    chosen, total = [], 0.0
+    if not found:
+        text = '.'.join(file.relative_to(ROOT).with_suffix('').parts) + ' import'
+        found = named(one for ones in contexts.values() for one in ones) | {
+            test for test in times if text in (ROOT / test.partition('::')[0]).read_text(encoding='utf-8')}
+        chosen = [DECLARATIONS]
+    for test in sorted(found, key=times.__getitem__):
         total += times[test]
         if total > LONGEST:
             break
