@@ -34,13 +34,15 @@ def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
     # a law that starts on the path stays there: what is off it comes from the restarts
     arguments = ['-p', 'duration:=4.0', '-p', 'peer_timeout:=0.5', '-p', 'reference_horizon:=1',
                  '-p', 'feedforward.enabled:=true']
-    robot.start(arguments=arguments)
+    # held, since discovery by the recorder may take longer than the run
+    robot.start(arguments=[*arguments, '-p', 'hold_at:=0.9'])
     for number, name in enumerate(('reference_cart', 'position_controller', 'velocity_controller'), start=1):
         robot.spin_until(lambda: robot.time() > 0.8 * number)  # noqa: B023
         # a slow start has such a line, too
         waits = rf'waiting for {name} at t = ([\d.]+) s'
         before = len(re.findall(waits, robot.log('plant')))
         robot.processes[name].kill()
+        robot.set('plant', hold_at=0.9 + 0.8 * number)
         robot.spin_until(lambda: len(re.findall(waits, robot.log('plant'))) > before)  # noqa: B023
         stopped_at = pytest.approx(float(re.findall(waits, robot.log('plant'))[-1]), rel=1e-5)
         # on a busy machine the recorder is behind
@@ -49,7 +51,7 @@ def test_killed_nodes_are_waited_for_and_the_run_goes_on(robot):
         assert robot.time() == stopped_at
         robot.start(name, arguments=arguments)
         robot.spin_until(lambda: re.search(f'{name}.* answered: the run goes on', robot.log('plant')))  # noqa: B023
-    robot.finish()
+    robot.release()
     robot.spin_until(lambda: robot.time() == 4.0)
     samples = robot.recording().samples
     # the recorder finds a restarted node a moment later than the loop does; the last one comes back at 2.4 s
