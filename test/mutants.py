@@ -39,7 +39,7 @@ TESTS = (*(f'test/unit/{name}' for name in PARTS if ' ' not in name), 'test/unit
          'test/unit/ros/test_lockstep_driver.py', 'test/property', 'test/closed_loop', DECLARATIONS)
 SLOW = ('test_identification.py', 'test_batch.py::test_plain_and_compiled_form_of_a_base_with_everything_',
         'test_chapter_numbers.py::test_one_lap_of_the_trifolium_at_20_khz_')
-"""Tests in test/closed_loop that take minutes without compiling."""
+"""Tests in test/closed_loop, most of which take minutes without compiling."""
 SEED, COUNT, WORKERS = 1, 100, 2
 FORK = multiprocessing.get_context('fork')
 LONGEST = 40.0
@@ -110,7 +110,7 @@ def drawn(part):
 def _measure(folder):
     """Run all tests; return the coverage, with the tests of each line, and the times of the tests, of failed ones ∞."""
     file = Path(folder, 'coverage')
-    # no limit of time: an alarm that ends a test while coverage holds its lock leaves the next one waiting for ever
+    # no time limit: an alarm that ends a test while coverage holds its lock leaves the next test waiting for ever
     done = subprocess.run(
         [sys.executable, '-m', 'pytest', '--numprocesses', str(WORKERS), '-m', 'not soak and not dds',
          '--cov=mobile_robot_control', '--cov-context=test', '--cov-report=', '--durations=0', '--durations-min=0',
@@ -133,7 +133,7 @@ def _tests_of(file, line, data, times):
     """
     Return the tests of a line, the shortest first.
 
-    Of a line that runs at the import, they are those of its file, and those in files that import it.
+    Of a line that runs at the import, they are those of any line of its module, and those of test files that import it.
     """
     contexts = data.contexts_by_lineno(str(file))
 
@@ -143,9 +143,9 @@ def _tests_of(file, line, data, times):
     found = named(contexts.get(line, ()))
     chosen, total = [], 0.0
     if not found:
-        text = '.'.join(file.relative_to(ROOT).with_suffix('').parts) + ' import'
+        imported = '.'.join(file.relative_to(ROOT).with_suffix('').parts) + ' import'
         found = named(one for ones in contexts.values() for one in ones) | {
-            test for test in times if text in (ROOT / test.partition('::')[0]).read_text(encoding='utf-8')}
+            test for test in times if imported in (ROOT / test.partition('::')[0]).read_text(encoding='utf-8')}
         chosen = [DECLARATIONS]
     for test in sorted(found, key=times.__getitem__):
         total += times[test]
