@@ -5,6 +5,7 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -117,16 +118,18 @@ def _spin(nodes: Sequence[Any], stop: Stop) -> int:
         executor.add_node(node)
     # the objects made so far stay: collecting garbage among them would delay the loop
     gc.freeze()
-    # EventsExecutor.spin() never returns on a signal: spin in short turns and check the flag
-    while not stop.requested and all(node.exit_code is None for node in nodes):
-        executor.spin_once(timeout_sec=0.1)
-        if stop.read_again:
-            stop.read_again = False
-            for node in nodes:
-                node.read_again()
-    for node in nodes:
-        node.close()
-    gc.unfreeze()
-    # drops every callback while the nodes still exist
-    executor.shutdown()
+    with ExitStack() as ending:
+        # drops every callback while the nodes still exist
+        ending.callback(executor.shutdown)
+        ending.callback(gc.unfreeze)
+        # also after an error: the last messages of a node stop the robot
+        for node in reversed(nodes):
+            ending.callback(node.close)
+        # EventsExecutor.spin() never returns on a signal: spin in short turns and check the flag
+        while not stop.requested and all(node.exit_code is None for node in nodes):
+            executor.spin_once(timeout_sec=0.1)
+            if stop.read_again:
+                stop.read_again = False
+                for node in nodes:
+                    node.read_again()
     return max(node.exit_code or 0 for node in nodes)

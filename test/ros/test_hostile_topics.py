@@ -1,20 +1,24 @@
 """Any bytes, on any topic that an experiment subscribes to, end neither the recorder nor a node."""
 
 import contextlib
+import itertools
 import json
 import subprocess
 import sys
 
+import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Twist
-from harness import Robots
+from harness import CONFIG, Robots
 from rclpy.serialization import serialize_message
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
+from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.ros.nodes import recorder
 from mobile_robot_control.ros.services.condition import SUBSCRIBERS_KEY
-from mobile_robot_control.ros.services.qos import message_class
+from mobile_robot_control.ros.services.qos import PUBLISHED, message_class
 from mobile_robot_control.topics import LOOP_TOPICS
 
 KINDS = {'/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray', '/clock': 'rosgraph_msgs/msg/Clock',
@@ -89,3 +93,25 @@ def test_any_bytes_as_a_plain_twist_and_beside_an_experiment_end_neither(domain,
     assert run.returncode == 0, errors
     assert 'Traceback' not in errors
     assert json.loads((tmp_path / 'run' / 'metrics.json').read_text())['outcome'] == 'completed'
+
+
+@pytest.mark.parametrize(('nodes', 'arguments'), [
+    ([*NODES], ['-p', 'publish_clock:=false', '-p', 'hold_at:=0.1']),
+    ([*NODES][1:], ['--params-file', CONFIG / 'wall_clock.yaml'])], ids=['lockstep', 'wall clock'])
+def test_a_negative_time_on_clock_ends_no_node_and_is_counted(robot, nodes, arguments):
+    told = {}
+    robot.recorder.create_subscription(DiagnosticArray, '/diagnostics', lambda array: told.update(
+        (status.name, {pair.key: pair.value for pair in status.values}) for status in array.status), 100)
+    clock = robot.recorder.create_publisher(Clock, '/clock', PUBLISHED)
+    robot.start(*nodes, arguments=[*arguments, '-p', 'use_sim_time:=true'], composed=True)
+    robot.spin_until(lambda: clock.get_subscription_count() >= len(nodes))
+    times = itertools.cycle([100, -1, -2**31, 101])
+
+    def all_counted():
+        message = Clock()
+        message.clock.sec, message.clock.nanosec = next(times), 2**32 - 1
+        clock.publish(message)
+        return all(int(told.get(name, {}).get('refused /clock: negative time', 0)) > 1 for name in nodes)
+
+    robot.spin_until(all_counted)
+    robot.stop()

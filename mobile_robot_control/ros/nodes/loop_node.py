@@ -33,7 +33,7 @@ from mobile_robot_control.ros.services.parameter_bridge import declare
 from mobile_robot_control.ros.services.parameter_service import CheckedParameterService
 from mobile_robot_control.ros.services.publisher_watch import PublisherWatch
 from mobile_robot_control.ros.services.qos import SENSORS, SUBSCRIBED, flush, publish_on, subscribe_to
-from mobile_robot_control.ros.services.robot_clock import RobotClock, SteadyClock
+from mobile_robot_control.ros.services.robot_clock import RobotClock, SteadyClock, refuse_negative_time
 from mobile_robot_control.ros.services.run_events import RunEvents
 from mobile_robot_control.stamps import period_nanoseconds
 from mobile_robot_control.topics import (
@@ -101,6 +101,7 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._robot_clock = SteadyClock(self) if lockstep else RobotClock(self, self._begin_anew_in_time)
         self._monitor = InputMonitor(self, self._monitored(), self._shared.peer_timeout, self._robot_clock)
         self._validator = InputValidator(self, self._monitor, self._shared.peer_timeout)
+        refuse_negative_time(self, self._validator.note_refusal)
         watched = [*self._loop.topics_of(name), *(topic for topic, nodes in OTHER_INPUTS.items() if name in nodes)]
         self._watch = PublisherWatch(
             self, watched, self._loop.listeners_of(name) if lockstep else {}, self._shared.peer_timeout)

@@ -6,7 +6,10 @@ from collections.abc import Callable
 from rclpy.clock import JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.time_source import CLOCK_TOPIC
+from rosgraph_msgs.msg import Clock
 
+from mobile_robot_control.messages.parsing import RefusedMessageError
 from mobile_robot_control.ros.services.timers import create_steady_timer
 
 _PATIENCE = 2.0
@@ -104,3 +107,22 @@ class RobotClock(SteadyClock):
             self._begin_anew()
         if self._tick is not None:
             self._tick()
+
+
+def refuse_negative_time(node: Node, note_refusal: Callable[[str, RefusedMessageError], None]) -> None:
+    """Keep messages with negative time, at which rclpy raises in a callback of its own, from a node's time source."""
+    for subscription in node.subscriptions:
+        if subscription.topic_name == CLOCK_TOPIC:
+            subscription.callback = _only_valid(subscription.callback, note_refusal)
+
+
+def _only_valid(
+    take: Callable[..., None], note_refusal: Callable[[str, RefusedMessageError], None]
+) -> Callable[[Clock], None]:
+    def receive(message: Clock) -> None:
+        if message.clock.sec < 0:
+            note_refusal(CLOCK_TOPIC, RefusedMessageError('negative time', f'{message.clock.sec} s'))
+        else:
+            take(message)
+
+    return receive
