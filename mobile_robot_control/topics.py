@@ -68,8 +68,8 @@ ALL_LOOP_TOPICS = {**LOOP_TOPICS, **OPTIONAL_TOPICS}
 """All topics of the loop by name, optional ones included."""
 _EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
 EVENTS, DISTURBANCE, PATH_TOPIC = 'events', 'disturbance', 'path'
-STOPPED, STOP_MEMORY = 'stopped', 'stop_memory'
-"""On the wall clock: the reason of a stop, from the position controller, and repeated by the cart."""
+STOPPED = 'stopped'
+"""On the wall clock: the reason of a stop."""
 MOST_EVENTS = 1000
 """Messages on `events` that a node keeps for later subscribers."""
 RUN_KEY = 'run'
@@ -81,7 +81,6 @@ OTHER_TOPICS = {
     EVENTS: _EVERY_NODE,
     'ground_truth': ('plant',),
     STOPPED: ('position_controller',),
-    STOP_MEMORY: ('reference_cart',),
     '/clock': ('plant',),
     '/tf': ('plant',),
     '/diagnostics': _EVERY_NODE,
@@ -89,9 +88,8 @@ OTHER_TOPICS = {
     '/rosout': _EVERY_NODE,
 }
 """Other topics of the four nodes, each with its publishers."""
-OTHER_INPUTS = {DISTURBANCE: ('plant',), PATH_TOPIC: ('reference_cart',), STOPPED: ('reference_cart',),
-                STOP_MEMORY: ('position_controller',)}
-"""Optional inputs, each with the nodes that read it; `disturbance` and `path` come from a node of the user's."""
+OTHER_INPUTS = {DISTURBANCE: ('plant',), PATH_TOPIC: ('reference_cart',)}
+"""Optional inputs from a node of the user's, each with the nodes that read it."""
 SHARED_TOPICS = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
 """The topics that all namespaces share; every recorder records them."""
 POSITION_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'position_rate')

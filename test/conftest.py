@@ -98,6 +98,7 @@ def domain(monkeypatch, tmp_path_factory):
             monkeypatch.setenv(name, value)
         for name in PROFILES_VARIABLES:
             monkeypatch.delenv(name, raising=False)
+        monkeypatch.setenv('ROS_HOME', str(tmp_path_factory.mktemp('ros_home')))
         use_fastdds_profiles(tmp_path_factory.mktemp('fastdds'))
         for name in {*PROFILES_VARIABLES} & os.environ.keys():  # for this test alone
             monkeypatch.setenv(name, os.environ.pop(name))

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from mobile_robot_control.plugins import plugin_environment
+from mobile_robot_control.ros.services.environment import ros_home
 
 START = 30.0
 """[s] of wall time for nodes to start."""
@@ -43,7 +44,9 @@ class NodeProcess:
             self._process = subprocess.Popen(  # noqa: S603 (our own module)
                 [sys.executable, '-m', 'mobile_robot_control.ros.executables', *names, *arguments],
                 stdin=subprocess.PIPE, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
-                env=os.environ | plugin_environment(),
+                # a stop of an earlier simulated robot does not hold
+                env={'ROS_LOG_DIR': f'{ros_home()}/log'} | os.environ | plugin_environment() | {
+                    'ROS_HOME': str(log.parent.resolve())},
             )
 
     @property

@@ -58,12 +58,14 @@ class Seen:
             self.poses['robot'].x - self.poses['cart'].x, self.poses['robot'].y - self.poses['cart'].y) < 0.2
 
 
-def start_again(robot, name):
-    """Kill a node and start it again; return when it has learnt that the robot is stopped."""
-    robot.processes[name].kill()
-    learnt = robot.log(name).count('the robot is stopped') + 1
-    robot.start(name, arguments=ELSEWHERE)
-    robot.spin_until(lambda: robot.log(name).count('the robot is stopped') >= learnt)
+def start_again(robot, *names):
+    """Kill nodes and start them again, one after the other; return when each is discovered and ready to step."""
+    for name in names:
+        robot.processes[name].kill()
+    for name in names:
+        begun = robot.log(name).count(': waiting for ') + 1
+        robot.start(name, arguments=ELSEWHERE)
+        robot.spin_until(lambda: robot.log(name).count(': waiting for ') >= begun)  # noqa: B023
 
 
 @pytest.mark.long
@@ -98,9 +100,11 @@ def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(rob
     robot.spin_until(lambda: len(seen.commands) > stopped + 25)
     assert set(seen.commands[stopped:]) == {(0.0, 0.0)}
 
-    # the stop outlives each of the two nodes; after the release it is forgotten
-    for name in ('position_controller', 'reference_cart', 'position_controller'):
-        start_again(robot, name)
+    # the stop outlives each of the two nodes, one started after the other, and both; after the release it is forgotten
+    for names in (['reference_cart'], ['position_controller'], ['reference_cart', 'position_controller']):
+        start_again(robot, *names)
+        begun = len(seen.commands)
+        robot.spin_until(lambda: len(seen.commands) > begun + 25)  # noqa: B023
     robot.spin_until(lambda: seen.condition('position_controller') == (DiagnosticStatus.ERROR, message))
     stopped_again = len(seen.commands)
     robot.spin_until(lambda: len(seen.commands) > stopped_again + 25)

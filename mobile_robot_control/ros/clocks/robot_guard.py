@@ -22,7 +22,6 @@ from mobile_robot_control.quantities import (
     TrackingError,
 )
 from mobile_robot_control.ros.clocks.safety_stop import SafetyStop, refuse_to_stop
-from mobile_robot_control.ros.inputs.input_validation import InputValidator
 from mobile_robot_control.ros.inputs.odom_conflict import CONFLICT, OdomConflict
 from mobile_robot_control.ros.inputs.odom_twist import OdomTwist
 from mobile_robot_control.ros.services.condition import Condition
@@ -71,10 +70,6 @@ class LockstepGuard:
         """Return whether the robot must stand."""
         return False
 
-    def is_ready(self) -> bool:
-        """Return whether the law may begin."""
-        return True
-
     def approach_speed(self, _values: PositionControllerParameters, _reference: Reference) -> float:
         """Return the robot's speed of approach to a waiting cart [m/s]; 0 if the law tracks it."""
         return 0.0
@@ -99,6 +94,9 @@ class LockstepGuard:
         else:
             self._node.get_logger().warning(f'{where}; set plant.initial_pose, or place the curve elsewhere')
 
+    def rest(self) -> None:
+        """Note a tick in which the robot stands, after the first one."""
+
     def condition(self, _values: PositionControllerParameters, _problems: list[str], _drives: bool) -> Condition | None:
         """Return the condition of a node with a standing robot or faulty odometry."""
         return None
@@ -117,8 +115,6 @@ class RobotGuard(LockstepGuard):
         The position controller.
     law : Law
         Of the node.
-    validator : InputValidator
-        Of the node.
     conflict : callable
         Makes the OdomConflict of a run.
     act, note : callable
@@ -127,11 +123,11 @@ class RobotGuard(LockstepGuard):
     """
 
     def __init__(
-        self, node: Node, law: Law, validator: InputValidator, conflict: Callable[[], OdomConflict],
-        act: Callable[[], str], note: Callable[[str], None],
+        self, node: Node, law: Law, conflict: Callable[[], OdomConflict], act: Callable[[], str],
+        note: Callable[[str], None],
     ) -> None:
         self._node, self._law = node, law
-        self._stop = SafetyStop(node, validator, act, note)
+        self._stop = SafetyStop(node, act, note)
         self._twist, self._make_conflict, self._conflict = OdomTwist(node), conflict, conflict()
 
     @property
@@ -151,9 +147,9 @@ class RobotGuard(LockstepGuard):
     def _in_conflict(self, values: PositionControllerParameters) -> bool:
         return values.stop_on_odom_conflict and self._conflict.present
 
-    def is_ready(self) -> bool:
-        """Return whether the law may begin: only once it is known whether an earlier stop holds."""
-        return self._stop.is_known()
+    def rest(self) -> None:
+        """Keep a stop for a node that is started again."""
+        self._stop.remember()
 
     def approach_speed(self, values: PositionControllerParameters, reference: Reference) -> float:
         """Return the robot's speed of approach to a waiting cart [m/s]; 0 if the law tracks it."""

@@ -7,12 +7,13 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.node import Node
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from mobile_robot_control.control.tracking_limit import allowed_distance
-from mobile_robot_control.ros.clocks.stop_memory import StopLink
-from mobile_robot_control.ros.inputs.input_validation import InputValidator
-from mobile_robot_control.topics import STOP_MEMORY, STOPPED
+from mobile_robot_control.ros.clocks.stop_memory import StopMemory
+from mobile_robot_control.ros.services.qos import LATCHED
+from mobile_robot_control.topics import STOPPED
 
 STOP, RELEASE = '~/stop', '~/release'
 _BY_REQUEST = 'by a call of stop; call release to drive on'
@@ -33,14 +34,12 @@ def refuse_to_stop(node: Node) -> None:
 
 class SafetyStop:
     """
-    Serves `stop` and `release`, and stops a robot that is too far from the reference.
+    Serves `stop` and `release`, and stops a robot that is too far from the reference; a stop outlives the node.
 
     Parameters
     ----------
     node : Node
         The position controller.
-    validator : InputValidator
-        Of the node.
     act : callable
         Called after each request: applies it at once and returns the condition of the node in words.
     note : callable
@@ -53,14 +52,15 @@ class SafetyStop:
 
     """
 
-    def __init__(
-        self, node: Node, validator: InputValidator, act: Callable[[], str], note: Callable[[str], None]
-    ) -> None:
+    def __init__(self, node: Node, act: Callable[[], str], note: Callable[[str], None]) -> None:
         self._node, self._act, self._note = node, act, note
         self.reason = ''
         self._closest = math.inf
-        self._link = StopLink(node, validator, STOPPED, STOP_MEMORY, self._on_memory)
-        self._is_known = False
+        self._publisher = node.create_publisher(String, STOPPED, LATCHED)
+        self._memory = StopMemory(node.context.get_domain_id(), node.get_fully_qualified_name())
+        self._kept = self._memory.recall()
+        if self._kept:
+            self.stop(self._kept)
         node.create_service(Trigger, STOP, self._on_stop)
         node.create_service(Trigger, RELEASE, self._on_release)
 
@@ -81,26 +81,26 @@ class SafetyStop:
         self._closest = min(self._closest, apart) if approaching else math.inf
         if apart <= allowed_distance(self._closest if approaching else 0.0, limit):
             return True
-        self._change(f'{apart:.2f} m from the reference, and limits.tracking_error is {limit:g} m; bring the robot '
-                     'back or raise the limit, then call release')
+        self.stop(f'{apart:.2f} m from the reference, and limits.tracking_error is {limit:g} m; bring the robot '
+                  'back or raise the limit, then call release')
         return False
 
-    def is_known(self) -> bool:
-        """
-        Return whether it is known if an earlier stop, made before this node began, holds.
+    def stop(self, reason: str) -> None:
+        """Stop the robot until its release; the first reason stays."""
+        self._change(self.reason or reason)
 
-        It is known once a reference cart has published its memory, or if no cart of this package publishes the
-        reference.
-        """
-        self._is_known = self._is_known or not self._link.has_other()
-        return self._is_known
-
-    def _on_memory(self, reason: str) -> None:
-        """Adopt the stop that the cart remembers, unless this node has decided itself since its start."""
-        if not self._is_known:
-            self._is_known = True
-            if reason:
-                self._change(reason)
+    def remember(self) -> str:
+        """Bring the memory up to date, after the zero command; return why that failed, '' if it did not."""
+        if self._kept == self.reason:
+            return ''
+        self._kept = self.reason
+        fault = self._memory.keep(self.reason)
+        if not fault:
+            return ''
+        fault = (f'the stop does not outlive this node: {fault}' if self.reason else
+                 f'once this node is started again the robot is stopped again: {fault}')
+        self._node.get_logger().error(fault)
+        return fault
 
     def _on_stop(self, _request: Any, response: Any) -> Any:
         return self._answer(response, self.reason or _BY_REQUEST)
@@ -112,7 +112,8 @@ class SafetyStop:
         """Stop the robot, or release it without a reason; answer with the resulting state."""
         self._change(reason)
         now = self._act()
-        response.message = now if self.reason else f'released: {now}'
+        fault = self.remember()
+        response.message = (now if self.reason else f'released: {now}') + (fault and f'; {fault}')
         # a robot released too far from the reference stops again
         response.success = bool(self.reason) == bool(reason)
         return response
@@ -125,5 +126,5 @@ class SafetyStop:
             self._node.get_logger().info('the robot is released')
         if bool(reason) != bool(self.reason):
             self._note(reason)
-        self.reason, self._closest, self._is_known = reason, math.inf, True
-        self._link.publish(reason)
+        self.reason, self._closest = reason, math.inf
+        self._publisher.publish(String(data=reason))

@@ -1,71 +1,62 @@
-"""
-The memory of a stop, outside the process that made it.
+"""The memory of a stop, outside the process that made it: a file, which also outlives a restart of the machine."""
 
-On the wall clock the position controller publishes the reason of a stop, and the reference cart repeats it. Both topics
-are latched: each of the two nodes learns the stop from the other one after a restart.
-"""
+import errno
+import os
+from pathlib import Path
 
-from __future__ import annotations  # rclpy's classes are generic from kilted on
+from mobile_robot_control.ros.services.environment import ros_home
+from mobile_robot_control.system.files import FileKind, explain, read_bounded, write_atomically
 
-from collections.abc import Callable
-
-from rclpy.node import Node
-from std_msgs.msg import String
-
-from mobile_robot_control.ros.inputs.conversions import bytes_reader
-from mobile_robot_control.ros.inputs.input_validation import InputValidator
-from mobile_robot_control.ros.services.qos import LATCHED
-from mobile_robot_control.system.texts import shortened
-from mobile_robot_control.topics import STOP_MEMORY, STOPPED
-
-_READ = bytes_reader('std_msgs/msg/String', shortened)
+_STOP = FileKind('reason of a stop', 1 << 16)
 
 
-class StopLink:
+class StopMemory:
     """
-    One end of the exchange: publishes a reason on one topic, and receives those of the other node on another one.
+    Keeps the reason of a stop in a file below ROS_HOME, for a node that is started again.
 
     Parameters
     ----------
-    node : Node
-        Position controller or reference cart.
-    validator : InputValidator
-        Of the node; counts unreadable messages.
-    own, other : str
-        The topics of this node and of the other one.
-    take : callable
-        Called with each reason from the other node, '' for none.
+    domain : int
+        ROS domain of the node.
+    name : str
+        Its full name, with its namespace.
+
+    Attributes
+    ----------
+    file : Path
+        Exists while the robot is stopped.
 
     """
 
-    def __init__(
-        self, node: Node, validator: InputValidator, own: str, other: str, take: Callable[[str], None]
-    ) -> None:
-        self._node, self._validator, self._other, self._take = node, validator, other, take
-        self._publisher = node.create_publisher(String, own, LATCHED)
-        node.create_subscription(String, other, self._on_reason, LATCHED, raw=True)
+    def __init__(self, domain: int, name: str) -> None:
+        self.file = Path(ros_home(), 'mobile_robot_control', 'stops', str(domain), f'{name.lstrip("/")}.txt')
 
-    def publish(self, reason: str) -> None:
-        """Publish the reason of a stop, '' without one."""
-        self._publisher.publish(String(data=reason))
+    def recall(self) -> str:
+        """Return the reason of a stop that holds; '' without one."""
+        try:
+            text = read_bounded(self.file, _STOP).decode(errors='backslashreplace')
+        except (FileNotFoundError, NotADirectoryError):
+            return ''
+        except OSError as error:
+            # a stop whose reason cannot be read is a stop
+            return f'{self.file} cannot be read ({error.strerror}); make it readable or remove it, then call release'
+        return text or f'{self.file} has no reason; call release to drive on'
 
-    def has_other(self) -> bool:
-        """Return whether the other node is discovered."""
-        return bool(self._node.count_publishers(self._node.resolve_topic_name(self._other)))
-
-    def _on_reason(self, message: bytes) -> None:
-        reason = self._validator.read(self._other, message, _READ)
-        if reason is not None:
-            self._take(reason)
-
-
-def remember_stops(node: Node, validator: InputValidator) -> None:
-    """Let the reference cart repeat the position controller's reasons; at first, it reports no stop."""
-
-    def remember(reason: str) -> None:
-        if reason:
-            node.get_logger().info(f'the robot is stopped: {reason}')
-        link.publish(reason)
-
-    link = StopLink(node, validator, STOP_MEMORY, STOPPED, remember)
-    link.publish('')
+    def keep(self, reason: str) -> str:
+        """Write the reason of a stop, or remove the file for ''; return why that failed, '' if it did not."""
+        try:
+            if not self.file.is_absolute():
+                raise OSError(errno.ENOENT, 'there is no folder for it; set ROS_HOME or HOME', str(self.file))
+            if not reason:
+                self.file.unlink(missing_ok=True)
+                return ''
+            self.file.parent.mkdir(parents=True, exist_ok=True)
+            write_atomically(self.file, reason)
+            folder = os.open(self.file.parent, os.O_RDONLY)
+            try:
+                os.fsync(folder)  # a robot that is switched off after its stop keeps the file
+            finally:
+                os.close(folder)
+        except OSError as error:
+            return explain(error)
+        return ''

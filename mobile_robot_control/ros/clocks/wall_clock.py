@@ -80,9 +80,6 @@ class OnWallClock(Stepped, Protocol):
     def is_held(self) -> bool:
         """Return whether the robot must stand, whatever the inputs are."""
 
-    def is_ready(self) -> bool:
-        """Return whether the node may begin to step."""
-
     def resume(self) -> None:
         """Resume after a rest."""
 
@@ -143,7 +140,7 @@ class WallClockDriver:
                   if topic not in self._kept or self._age(topic) > one.timeout(self._node.parameters)]
         if self._node.is_held():
             self._rest(stamp)
-        elif not any(self._inputs[topic].needed for topic in silent) and self._node.is_ready():
+        elif not any(self._inputs[topic].needed for topic in silent):
             self._step(Inputs(
                 stamp, {topic: kept for topic, kept in self._kept.items() if topic not in silent}, self._age))
             stopping = [topic for topic in silent if self._inputs[topic].stops]

@@ -221,10 +221,6 @@ class LoopNode(Node, Generic[NodeGroup]):
         """Return whether the robot must stand, whatever the inputs are."""
         return False
 
-    def is_ready(self) -> bool:
-        """Return whether the node may begin to step."""
-        return True
-
     def resume(self) -> None:
         """Resume after a rest."""
 

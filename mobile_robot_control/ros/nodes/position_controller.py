@@ -48,7 +48,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self, self.parameters.control, 1.0 / shared.position_rate, self._tell)
         self._age: OdomAge = OdomAge(shared) if shared.lockstep else WallClockOdomAge(shared)
         self._guard: LockstepGuard = LockstepGuard(self, self._law) if shared.lockstep else RobotGuard(
-            self, self._law, self._validator,
+            self, self._law,
             partial(OdomConflict, self, self._watch, self._robot_clock, self.parameters.input_timeout), self._act,
             lambda why: self._events.publish(self._clock_stamp(), {'stop': why} if why else {'release': True}))
         self._drives = False
@@ -132,16 +132,14 @@ class PositionController(LoopNode[PositionControllerParameters]):
         """Return whether the robot is stopped."""
         return self._guard.is_held(self.parameters)
 
-    def is_ready(self) -> bool:
-        """Return whether the law may begin."""
-        return self._guard.is_ready()
-
     def resume(self) -> None:
         """Start the law again after a stand of the robot."""
         self._law.begin(self.parameters.control, under_way=True)
 
     def rest(self) -> Outputs:
         """Return a command that stops the robot."""
+        if not self._drives:
+            self._guard.rest()
         self._drives = False
         return _STANDS
 

@@ -13,7 +13,6 @@ from mobile_robot_control.reference.curve import PATH
 from mobile_robot_control.ros.clocks.cart_time import LockstepTime, WallClockTime
 from mobile_robot_control.ros.clocks.cart_wait import CartWait
 from mobile_robot_control.ros.clocks.lockstep import Outputs
-from mobile_robot_control.ros.clocks.stop_memory import remember_stops
 from mobile_robot_control.ros.inputs.conversions import reader
 from mobile_robot_control.ros.inputs.path_input import subscribe_to_paths
 from mobile_robot_control.ros.inputs.table import Input, Inputs
@@ -45,9 +44,6 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         shared, horizon = self._shared, self._shared.reference_horizon
         self._course = CartCourse(self.parameters, self._position_period)
         self._time = self._make_time(horizon)
-        if not shared.lockstep:
-            # before `reference` is published: a position controller that discovers `reference` has discovered this, too
-            remember_stops(self, self._validator)
         self._connect({'odom': Input(reader('odom', shared), self._position_period)},
                       ['reference_horizon', 'reference'] if horizon else ['reference'], shared.position_rate)
         self._paths: LockstepPaths = (

@@ -63,16 +63,25 @@ def _installed_middleware() -> Iterator[str]:
             yield from (entry.name for entry in index.iterdir() if entry.name != 'rmw_implementation')
 
 
+def ros_home() -> str:
+    """Return the folder of ROS's files, as rcl finds it; '' without one."""
+    return _expanded(os.environ.get('ROS_HOME') or '~/.ros')
+
+
+def _expanded(folder: str) -> str:
+    """Return a folder with '~' replaced; '' if HOME is not set."""
+    home = os.environ.get('HOME', '')
+    return (home and home + folder[1:]) if folder.startswith('~') else folder
+
+
 def _log_folder_fault() -> str:
     """Explain why ROS could not write its log files; '' if it can."""
     remedy = 'set ROS_LOG_DIR to a folder that can be written'
-    home = os.environ.get('HOME', '')
-    # in the order of rcl
-    folder = os.environ.get('ROS_LOG_DIR') or (os.environ.get('ROS_HOME', '') and f'{os.environ["ROS_HOME"]}/log')
-    folder = folder or (home and f'{home}/.ros/log')
-    if not folder or (folder.startswith('~') and not home):
+    home = ros_home()
+    folder = _expanded(os.environ.get('ROS_LOG_DIR', '')) or (home and f'{home}/log')
+    if not folder:
         return f'there is no folder for log files, since HOME is not set; {remedy}'
-    path = Path(home + folder[1:] if folder.startswith('~') else folder)
+    path = Path(folder)
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -2,7 +2,6 @@
 
 import math
 import types
-from collections import Counter
 
 import pytest
 from each import each_row
@@ -10,49 +9,27 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from mobile_robot_control.control.tracking_limit import allowed_distance
-from mobile_robot_control.messages.serialising import serialise
 from mobile_robot_control.ros.clocks.safety_stop import SafetyStop, refuse_to_stop
-from mobile_robot_control.ros.clocks.stop_memory import remember_stops
-from mobile_robot_control.ros.inputs.input_validation import InputValidator
 
 BY_CALL = 'by a call of stop; call release to drive on'
 
 
-class Endpoints:
-    """Stands for a node: has what is published and who takes what, by topic, and what is logged."""
+class Controller:
+    """Stands for the position controller: has its services by name, and what is published and logged."""
 
-    def __init__(self):
-        self.published, self.takes, self.logged, self.peers = {}, {}, [], 0
-        self.validator = InputValidator(self, types.SimpleNamespace(note_input=None), 1.0)
+    def __init__(self, domain=7, name='/position_controller'):
+        self.published, self.logged, self.services, self.acts, self.noted = [], [], {}, 0, []
+        self.again = ''
+        self.context = types.SimpleNamespace(get_domain_id=lambda: domain)
+        self.get_fully_qualified_name = lambda: name
+        self.stop = SafetyStop(self, self.act, self.noted.append)
 
     def get_logger(self):
-        return types.SimpleNamespace(error=self.logged.append, info=self.logged.append, warning=self.logged.append)
+        return types.SimpleNamespace(error=self.logged.append, info=self.logged.append)
 
     def create_publisher(self, kind, topic, _quality):
-        assert kind is String
-        sent = self.published[topic] = []
-        return types.SimpleNamespace(publish=lambda message: sent.append(message.data))
-
-    def create_subscription(self, kind, topic, take, _quality, raw):
-        assert (kind, raw) == (String, True)
-        self.takes[topic] = lambda reason: take(
-            reason if isinstance(reason, bytes) else bytes(serialise(String(data=reason))))
-
-    def resolve_topic_name(self, topic):
-        return topic
-
-    def count_publishers(self, _topic):
-        return self.peers
-
-
-class Controller(Endpoints):
-    """Stands for the position controller: has its services by name, and perhaps a cart."""
-
-    def __init__(self, peers=0):
-        super().__init__()
-        self.services, self.acts, self.noted, self.peers = {}, 0, [], peers
-        self.again = ''
-        self.stop = SafetyStop(self, self.validator, self.act, self.noted.append)
+        assert (kind, topic) == (String, 'stopped')
+        return types.SimpleNamespace(publish=lambda message: self.published.append(message.data))
 
     def create_service(self, kind, name, answer):
         assert kind is Trigger
@@ -70,7 +47,8 @@ class Controller(Endpoints):
 
 
 @pytest.fixture
-def node():
+def node(tmp_path, monkeypatch):
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
     return Controller()
 
 
@@ -127,40 +105,46 @@ def test_in_lockstep_both_services_are_refused_with_what_to_do(node):
     assert (node.stop.reason, node.acts) == ('', 0)
 
 
-def test_a_controller_that_finds_a_cart_waits_for_its_memory_and_takes_over_the_stop():
-    node = Controller(peers=1)
-    # what cannot be read is counted, and the robot stands
-    node.takes['stop_memory'](b'\0\1\0\0\xff\0\0\0a')
-    assert node.validator.refused == Counter({'stop_memory: not readable': 1})
-    assert not node.stop.is_known()
-    node.takes['stop_memory'](BY_CALL)
-    assert node.stop.is_known()
+def test_a_stop_outlives_the_node_that_made_it_until_its_release(node):
+    node.stop.allows(0.6249, 0.5, approaching=False)
+    assert node.stop.remember() == ''
+    for again in (Controller(), Controller()):
+        assert again.stop.reason == node.stop.reason
+        assert again.noted == [node.stop.reason]
+        assert again.published == [node.stop.reason]
+        assert again.logged == [f'the robot is stopped: {node.stop.reason}']
+    # others have their own
+    assert {Controller(domain=8).stop.reason, Controller(name='/robot1/position_controller').stop.reason} == {''}
+    assert again.call('release')[0]
+    assert Controller().stop.reason == ''
+
+
+def test_a_stop_is_kept_before_it_is_answered_and_after_the_robot_was_told(node):
+    kept = []
+    node.stop._act = lambda: kept.append(node.stop.reason and Controller().stop.reason) or 'stopped'
+    assert node.call('stop') == (True, 'stopped')
+    assert kept == ['']
+    assert Controller().stop.reason == BY_CALL
+
+
+@pytest.mark.parametrize('hinder', [
+    lambda folder: (folder / 'mobile_robot_control').write_text('a file where the folder would be'),
+    lambda folder: (folder / 'mobile_robot_control/stops/7/position_controller.txt').mkdir(parents=True)])
+def test_a_stop_that_cannot_be_kept_stops_all_the_same_and_says_so(hinder, tmp_path, monkeypatch):
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    hinder(tmp_path)
+    node = Controller()
+    node.call('release')
+    success, message = node.call('stop')
+    assert success
     assert node.stop.reason == BY_CALL
-    # a cart that is started again learns it from here, and a later memory changes nothing
-    assert node.published['stopped'] == [BY_CALL]
-    node.takes['stop_memory']('')
-    assert node.stop.reason
-    assert node.call('release')[0]
-    assert node.published['stopped'][1:] == ['']
-    node.takes['stop_memory']('of long ago')
-    assert not node.stop.reason
+    assert f'the stop does not outlive this node: {tmp_path}' in message
+    assert any(str(tmp_path) in line for line in node.logged)
 
 
-def test_without_a_stop_or_without_a_cart_of_ours_a_controller_may_drive_and_a_call_before_the_memory_counts(node):
-    remembered, called = Controller(peers=1), Controller(peers=1)
-    remembered.takes['stop_memory']('')
-    assert remembered.stop.is_known()
-    assert node.stop.is_known()
-    # what it does not know, a new cart must not forget
-    assert not remembered.logged + node.logged + remembered.published['stopped'] + node.published['stopped']
-    assert called.call('release')[0]
-    called.takes['stop_memory']('of the process before')
-    assert not called.stop.reason
-
-
-def test_the_cart_publishes_what_it_was_told_and_at_first_that_there_is_no_stop():
-    cart = Endpoints()
-    remember_stops(cart, cart.validator)
-    cart.takes['stopped']('by a call of stop')
-    cart.takes['stopped']('')
-    assert cart.published['stop_memory'] == ['', 'by a call of stop', '']
+def test_what_is_there_and_cannot_be_read_is_a_stop(node):
+    node.call('stop')
+    for spoil in (lambda file: file.write_bytes(b''), lambda file: file.write_bytes(b'\xff' * 9),
+                  lambda file: file.write_bytes(bytes(1 << 17)), lambda file: (file.unlink(), file.mkdir())):
+        spoil(node.stop._memory.file)
+        assert Controller().stop.reason

@@ -21,10 +21,10 @@ class Robot:
 
     def __init__(self):
         self.now, self.came, self.did = 100.0, {}, []
-        self.held, self.ready, self.parameters = False, True, types.SimpleNamespace(longest=0.1)
+        self.held, self.parameters = False, types.SimpleNamespace(longest=0.1)
         stamps = types.SimpleNamespace(now=lambda: types.SimpleNamespace(nanoseconds=round(self.now * 1e9)))
         self.driver = WallClockDriver(self, INPUTS, 10.0, stamps, 0.5, lambda topic: self.now - self.came[topic])
-        self.is_held, self.is_ready = lambda: self.held, lambda: self.ready
+        self.is_held = lambda: self.held
         self.resume, self.forget, self.rest = lambda: self._do('resume'), lambda: self._do('forget'), lambda: 'rest'
         self.note_stop = lambda *topics: self._do(f'silent: {" ".join(topics)}')
         self.receive = lambda topic, stamp, value: value
@@ -68,14 +68,11 @@ def robot():
     return Robot()
 
 
-def test_it_waits_for_what_it_needs_and_until_the_node_is_ready_then_begins_once(robot):
+def test_it_waits_for_what_it_needs_then_begins_once(robot):
     assert robot.tick() == []
     robot.take('command')
     assert robot.tick() == []
     robot.take('wheels')
-    robot.ready = False
-    assert robot.tick() == []
-    robot.ready = True
     assert robot.tick() == ['run', 'begin', 'cw']
     assert robot.tick() == ['cw']
 
