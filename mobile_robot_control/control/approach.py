@@ -18,12 +18,17 @@ FACING = 0.1
 
 
 class ApproachParameters(NamedTuple):
-    """How the robot drives to a cart that waits for it."""
+    """How the robot drives to a cart that waits for it, and from how far."""
 
     speed: Annotated[
         float, Field('m/s', 'wall clock: speed of the approach to a waiting cart, 0 to leave it to the law: larger '
                             'arrives sooner', minimum=0.0, live=True)
     ] = 0.0
+    distance: Annotated[
+        float, Field('m', 'wall clock: distance from the reference beyond which the robot stands, by approach or by '
+                          'law, until the reference is near; 0 for none: larger sets out to a farther cart',
+                     minimum=0.0, live=True)
+    ] = 5.0
 
 
 class Approach(NamedTuple):

@@ -1,4 +1,4 @@
-"""The distance between robot and reference that stops the robot."""
+"""What stops the robot until its release: its distance from the reference, and jumps of its odometry."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -7,12 +7,21 @@ from mobile_robot_control.parameters.declaration import Field
 
 
 class TrackingLimit(NamedTuple):
-    """The limit that stops the robot; `command_limits.Limits` are those of the command."""
+    """The limits that stop the robot; `command_limits.Limits` are those of the command."""
 
     tracking_error: Annotated[
         float, Field('m', 'wall clock: distance from the reference that stops the robot until its release, 0 for '
                           'none: larger lets it stray farther', minimum=0.0, live=True)
     ] = 0.0
+    odom_jump: Annotated[
+        float, Field('m', 'wall clock: jump of the pose of odom against its twist that stops a driving robot until '
+                          'its release, 0 for none: larger takes larger corrections of a localisation', minimum=0.0,
+                     live=True)
+    ] = 0.3
+    odom_turn: Annotated[
+        float, Field('rad', 'wall clock: the same for its heading: larger takes larger corrections', minimum=0.0,
+                     live=True)
+    ] = 0.5
 
 
 def allowed_distance(closest: float, limit: float) -> float:

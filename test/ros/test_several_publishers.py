@@ -1,11 +1,17 @@
 """Other publishers on the topics of a robot: counted and named, contradictions refused, and no run stuck for good."""
 
+import contextlib
 import math
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
+import rclpy
+import stand_in_base
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import TwistStamped
-from harness import CONFIG
+from geometry_msgs.msg import Twist, TwistStamped
+from harness import CONFIG, Robots
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -132,3 +138,35 @@ def test_best_effort_odometry_is_taken_on_the_wall_clock_and_what_does_not_fit_i
         'quality of service of cmd_vel', ''))
     assert text in robot.log('velocity_controller')
     robot.stop()
+
+
+@pytest.mark.parametrize('stamped', [True, False])
+def test_a_command_that_no_node_takes_is_told_and_who_takes_another_type_with_the_parameter(domain, tmp_path, stamped):
+    with contextlib.ExitStack() as stack:
+        robot = stack.enter_context(contextlib.closing(Robots(tmp_path, [])))  # no recorder listens yet
+        driver, told = rclpy.create_node('driver'), {}
+        robot.add(driver)
+        odom = driver.create_publisher(Odometry, 'odom', PUBLISHED)
+        driver.create_timer(0.05, lambda: odom.publish(Stranger.odometry(driver, 1.0)))
+        driver.create_subscription(DiagnosticArray, '/diagnostics', lambda array: told.update(
+            (status.name, (status.level, status.message)) for status in array.status), 10)
+        robot.start('position_controller', 'reference_cart', composed=True, arguments=[
+            *WALL_CLOCK, '-p', f'stamped_cmd_vel:={str(stamped).lower()}'])
+
+        def says(text):
+            level, message = told.get('position_controller', (b'', ''))
+            return level == b'\x01' and text in message
+
+        robot.spin_until(lambda: says('running: no node takes /cmd_vel: nothing moves the robot'))
+        own, other = (TwistStamped, Twist) if stamped else (Twist, TwistStamped)
+        base = stack.enter_context(subprocess.Popen([
+            sys.executable, Path(stand_in_base.__file__), *['--plain'] * stamped, '--ros-args', '-r',
+            'odom:=elsewhere', '-r', 'plain_cmd_vel:=cmd_vel']))
+        stack.callback(base.kill)
+        text = (f'/base takes /cmd_vel as {other.__name__}, and this node publishes {own.__name__}; set '
+                f'stamped_cmd_vel to {str(not stamped).lower()} on the wall clock')
+        robot.spin_until(lambda: says(text))
+        # also while another node listens
+        driver.create_subscription(own, 'cmd_vel', lambda _: None, 10)
+        robot.spin_until(lambda: says(text) and not says('no node takes'))
+        assert text in robot.log('position_controller')

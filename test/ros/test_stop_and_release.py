@@ -1,5 +1,6 @@
 """On the wall clock: an approach to the cart that waits, a stop by service and by distance, and the release."""
 
+import json
 import math
 
 import pytest
@@ -144,7 +145,7 @@ def test_a_robot_can_be_stopped_before_it_starts(robot):
     assert set(seen.commands) == {(0.0, 0.0)}
     success, message = robot.trigger('position_controller/release')
     assert success
-    assert message.startswith('released: waiting, waits for plant and reference_cart')
+    assert message.startswith('released: waiting, waits for the base (odom) and reference_cart')
 
 
 def test_in_lockstep_a_stop_is_refused_under_any_name_of_the_node(robot):
@@ -154,3 +155,63 @@ def test_in_lockstep_a_stop_is_refused_under_any_name_of_the_node(robot):
         assert not success
         assert 'in lockstep' in message
         assert 'paused' in message
+
+
+def test_a_robot_sets_out_to_no_far_cart_by_approach_or_law_until_it_is_near_or_the_limit_is_raised(robot):
+    seen, place = Seen(robot), [400e3, 3.7e6]
+    base = robot.recorder.create_publisher(Odometry, 'odom', PUBLISHED)
+
+    def publish():
+        message = Odometry(child_frame_id='base_link')
+        message.header.stamp, message.header.frame_id = robot.recorder.get_clock().now().to_msg(), 'odom'
+        message.pose.pose.position.x, message.pose.pose.position.y = place
+        message.pose.pose.orientation.w = 1.0
+        base.publish(message)
+
+    robot.recorder.create_timer(0.02, publish)
+    robot.start('position_controller', 'reference_cart', arguments=[
+        *ELSEWHERE, '-p', 'position_controller:limits.tracking_error:=1.0', '-p', 'reference_cart:wait:=true'])
+
+    def stands():
+        level, text = seen.condition('position_controller')
+        begun = len(seen.commands)
+        robot.spin_until(lambda: len(seen.commands) > begun + 25)
+        return (level == DiagnosticStatus.ERROR and f'the robot at ({place[0]:.2f}, {place[1]:.2f}) m' in text
+                and 'the cart at (1.00, 0.00) m, and approach.distance is 5 m' in text
+                and set(seen.commands[begun:]) == {(0.0, 0.0)})
+
+    for speed in (APPROACH, 0.0):
+        assert robot.set('position_controller', approach__speed=speed)[0].successful
+        robot.spin_until(stands)
+    assert set(seen.commands) == {(0.0, 0.0)}
+    place[:] = [1.0, 3.0]
+    robot.spin_until(lambda: 'and limits.tracking_error is 1 m' in seen.condition('position_controller')[1])
+    place[:] = [1.0, -8.0]
+    assert robot.set('position_controller', limits__tracking_error=0.0)[0].successful
+    robot.trigger('position_controller/release')
+    robot.spin_until(stands)
+    assert robot.set('position_controller', approach__speed=APPROACH, approach__distance=20.0)[0].successful
+    robot.spin_until(lambda: seen.commands[-1] != (0.0, 0.0))
+    assert max(abs(linear) for linear, _ in seen.commands) <= APPROACH
+
+
+def test_odometry_that_jumps_is_told_as_an_event_and_stops_the_robot_beyond_the_limits(robot):
+    seen, events = Seen(robot), []
+    robot.recorder.create_subscription(DiagnosticArray, 'events', lambda array: events.extend(
+        (status.values[0].key, status.values[0].value) for status in array.status), 100)
+    robot.start(arguments=ELSEWHERE, composed=True)
+    robot.spin_until(seen.drives)
+    # the reset of the simulated robot is one of its odometry, too
+    assert robot.trigger('plant/reset')[0]
+    robot.spin_until(lambda: 'limits.odom_jump is 0.3 m' in seen.condition('position_controller')[1])
+    assert seen.condition('position_controller')[0] == DiagnosticStatus.ERROR
+    robot.spin_until(lambda: seen.commands[-1] == (0.0, 0.0))
+    assert [json.loads(value)[0] > 0.3 for key, value in events if key == 'odom_jump'] == [True]
+    assert 'the pose of odom has jumped by ' in robot.log()
+    assert robot.set('position_controller', limits__odom_jump=0.0, limits__odom_turn=0.0)[0].successful
+    assert robot.trigger('position_controller/release')[0]
+    robot.spin_until(seen.drives)
+    assert robot.trigger('plant/reset')[0]
+    robot.spin_until(lambda: len([key for key, _ in events if key == 'odom_jump']) == 2)
+    robot.spin_until(seen.drives)
+    assert [key for key, _ in events if key == 'stop'] == ['stop']

@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 import rclpy
 import stand_in_base
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import AccelStamped, Twist, TwistStamped
 from harness import CONFIG, Robots
+from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from watching import Timeline, first_below, settled_below
 
@@ -87,6 +88,39 @@ def test_without_new_torques_the_plant_applies_none_and_ends_in_time(robot):
     assert newest(seen.speeds) > 0.0
     # a message a step, and none of its own at the end
     assert angles[-1] > angles[-2]
+
+
+def test_only_the_acceleration_of_the_command_acts_and_within_a_bound(robot):
+    node, torques = robot.recorder, []
+    robot.start('velocity_controller', arguments=[*ARGUMENTS, '-p', 'reference_horizon:=1', '-p',
+                                                  'feedforward.enabled:=true'])
+    joints, commands, accelerations = (node.create_publisher(kind, topic, PUBLISHED) for kind, topic in (
+        (JointState, 'joint_states'), (TwistStamped, 'cmd_vel'), (AccelStamped, 'cmd_accel')))
+    node.create_subscription(JointState, 'wheel_torques', lambda message: torques.append(max(message.effort)), PUBLISHED)
+    accel, mine = AccelStamped(), False
+
+    def publish():
+        now = node.get_clock().now()
+        wheels = JointState(name=list(WHEEL_JOINTS), position=[0.0, 0.0], velocity=[0.0, 0.0])
+        wheels.header.stamp = now.to_msg()
+        joints.publish(wheels)
+        command = TwistStamped()
+        command.header.stamp = now.to_msg()
+        # of a stranger, later by less than a message takes
+        accel.header.stamp = now.to_msg() if mine else (now + Duration(nanoseconds=1)).to_msg()
+        accelerations.publish(accel)
+        commands.publish(command)
+
+    node.create_timer(0.01, publish)
+    robot.spin_until(lambda: accelerations.get_subscription_count() == 2 and torques)  # the recorder's, too
+    mine, accel.accel.linear.x = False, 20.0
+    begun = len(torques)
+    robot.spin_until(lambda: len(torques) > begun + 100)
+    mine, accel.accel.linear.x = True, 1e11
+    robot.spin_until(lambda: 'acceleration too large (1e+11 m/s², 0 rad/s² are beyond 100 m/s²' in robot.log())
+    assert set(torques) == {0.0}
+    accel.accel.linear.x = 20.0
+    robot.spin_until(lambda: torques[-1] > 0.0)
 
 
 def test_another_base_with_plain_commands_follows_the_cart_and_is_stopped_at_the_end(robot):

@@ -3,8 +3,8 @@
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
 import math
-from collections.abc import Callable
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
@@ -13,6 +13,7 @@ from mobile_robot_control.configuration.nodes import PositionControllerParameter
 from mobile_robot_control.control.approach import stands_still
 from mobile_robot_control.control.laws import PositionControl
 from mobile_robot_control.control.tracking_error import distance
+from mobile_robot_control.control.tracking_limit import TrackingLimit
 from mobile_robot_control.quantities import (
     BodyAcceleration,
     BodyVelocity,
@@ -33,6 +34,9 @@ _FAR = 0.5
 
 class Law(Protocol):
     """The running position law: LawRunner."""
+
+    def begin(self, control: PositionControl, under_way: bool) -> None:
+        """Begin a run, or join one under way."""
 
     def command(
         self, observation: Observation, stamp: int | None, time_limit: float, acceleration: BodyAcceleration | None,
@@ -56,13 +60,15 @@ class LockstepGuard:
 
     """
 
-    reason = ''
+    stands = False
 
     def __init__(self, node: Node, law: Law) -> None:
         self._node, self._law = node, law
         refuse_to_stop(node)
 
-    def note(self, _stamp: int, _pose: Pose, velocity: BodyVelocity) -> BodyVelocity:
+    def note(
+        self, _stamp: int, _pose: Pose, velocity: BodyVelocity, _values: PositionControllerParameters, _drives: bool
+    ) -> BodyVelocity:
         """Receive odometry; return the velocity of the robot."""
         return velocity
 
@@ -117,35 +123,83 @@ class RobotGuard(LockstepGuard):
         Of the node.
     conflict : callable
         Makes the OdomConflict of a run.
-    act, note : callable
+    act : callable
         As in SafetyStop.
+    publish : callable
+        Publishes events.
 
     """
 
     def __init__(
         self, node: Node, law: Law, conflict: Callable[[], OdomConflict], act: Callable[[], str],
-        note: Callable[[str], None],
+        publish: Callable[[Mapping[str, Any]], None],
     ) -> None:
-        self._node, self._law = node, law
-        self._stop = SafetyStop(node, act, note)
+        self._node, self._law, self._publish = node, law, publish
+        self._stop = SafetyStop(node, act, lambda why: publish({'stop': why} if why else {'release': True}))
         self._twist, self._make_conflict, self._conflict = OdomTwist(node), conflict, conflict()
+        self._pose = Pose(0.0, 0.0, 0.0)
+        self._far = ''
 
     @property
-    def reason(self) -> str:  # type: ignore[override]
-        """Why the robot is stopped; '' while it is not."""
-        return self._stop.reason
+    def stands(self) -> bool:  # type: ignore[override]
+        """Whether the robot is stopped, or too far from the cart to set out."""
+        return bool(self._stop.reason or self._far)
 
-    def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> BodyVelocity:
+    def note(
+        self, stamp: int, pose: Pose, velocity: BodyVelocity, values: PositionControllerParameters, drives: bool
+    ) -> BodyVelocity:
         """Receive odometry; return the velocity of the robot, from its poses if they contradict the twist."""
+        self._pose = pose
         self._conflict.note(stamp, pose, velocity)
-        return self._twist.note(stamp, pose, velocity)
+        if self._conflict.present:
+            self._twist.forget()  # the poses of several publishers are no jumps of one
+            return velocity
+        velocity = self._twist.note(stamp, pose, velocity)
+        if self._twist.jump:
+            self._note_jump(*self._twist.jump, values.limits, drives and not self._far)
+        return velocity
+
+    def _note_jump(self, moved: float, turned: float, limits: TrackingLimit, drives: bool) -> None:
+        """Report a jump of odometry [m], [rad]; stop a robot that drives, beyond the limits."""
+        words = f'the pose of odom has jumped by {moved:.2f} m and {turned:.2f} rad against its twist'
+        self._node.get_logger().warning(f'{words}: it was corrected or reset')
+        self._publish({'odom_jump': [moved, turned]})
+        if drives and (0.0 < limits.odom_jump < moved or 0.0 < limits.odom_turn < turned):
+            self._stop.stop(f'{words}, and limits.odom_jump is {limits.odom_jump:g} m, limits.odom_turn '
+                            f'{limits.odom_turn:g} rad; see whether it knows where it is, then call release')
 
     def is_held(self, values: PositionControllerParameters) -> bool:
         """Return whether the robot must stand."""
-        return bool(self.reason) or self._in_conflict(values)
+        return bool(self._stop.reason) or self._in_conflict(values)
 
     def _in_conflict(self, values: PositionControllerParameters) -> bool:
         return values.stop_on_odom_conflict and self._conflict.present
+
+    def _stands_far(self, observation: Observation, values: PositionControllerParameters) -> bool:
+        """Return whether the robot stands because the reference is beyond `approach.distance`; log it once."""
+        limit, before = values.approach.distance, self._far
+        self._far = self._where(observation.reference, limit)
+        if self._far and not before:
+            self._node.get_logger().error(f'the robot stands: {self._far}')
+        elif before and not self._far:
+            self._node.get_logger().info('the reference is near: the robot drives')
+            self._law.begin(values.control, under_way=True)
+        return bool(self._far)
+
+    def _where(self, reference: Reference, limit: float) -> str:
+        """Say where robot and reference are, if they are farther apart than a limit [m]; '' otherwise."""
+        robot, cart = self._pose, reference.pose
+        apart = math.hypot(cart.x - robot.x, cart.y - robot.y)
+        if not 0.0 < limit < apart:
+            return ''
+        return (f'{apart:.2f} m lie between the robot at ({robot.x:.2f}, {robot.y:.2f}) m and the cart at '
+                f'({cart.x:.2f}, {cart.y:.2f}) m, and approach.distance is {limit:g} m; place the curve near the '
+                'robot, bring it there, or raise the limit')
+
+    def check_start(self, values: PositionControllerParameters, pose: Pose, reference: Reference) -> None:
+        """Log a start far from the cart, which the robot drives to."""
+        if not self._where(reference, values.approach.distance):
+            super().check_start(values, pose, reference)
 
     def rest(self) -> None:
         """Keep a stop for a node that is started again."""
@@ -159,7 +213,9 @@ class RobotGuard(LockstepGuard):
         self, observation: Observation, _stamp: int, values: PositionControllerParameters,
         acceleration: BodyAcceleration | None = None,
     ) -> BodyVelocity:
-        """Return the command; zero if the robot has just been stopped for its distance from the reference."""
+        """Return the command; zero if the robot is too far from the reference, or has just been stopped for that."""
+        if self._stands_far(observation, values):
+            return _ZERO
         speed = self.approach_speed(values, observation.reference)
         if not self._stop.allows(distance(observation.error), values.limits.tracking_error, speed > 0.0):
             return _ZERO
@@ -169,10 +225,12 @@ class RobotGuard(LockstepGuard):
 
     def condition(self, values: PositionControllerParameters, problems: list[str], drives: bool) -> Condition | None:
         """Return the condition of a node with a standing robot or faulty odometry."""
-        if self.reason:
-            return Condition(DiagnosticStatus.ERROR, 'stopped', detail=self.reason)
+        if self._stop.reason:
+            return Condition(DiagnosticStatus.ERROR, 'stopped', detail=self._stop.reason)
         if self._in_conflict(values):
             return Condition(DiagnosticStatus.ERROR, 'stopped', detail='; '.join([CONFLICT, *problems]))
+        if self._far and drives:
+            return Condition(DiagnosticStatus.ERROR, 'stopped', detail='; '.join([self._far, *problems]))
         if self._twist.problem and drives:
             return Condition(DiagnosticStatus.WARN, 'running', detail='; '.join([self._twist.problem, *problems]))
         return None
@@ -180,3 +238,4 @@ class RobotGuard(LockstepGuard):
     def forget(self) -> None:
         """Forget a run after a jump back of simulated time; a stop stays."""
         self._conflict = self._make_conflict()
+        self._twist.forget()

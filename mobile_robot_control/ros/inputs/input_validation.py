@@ -65,6 +65,7 @@ class InputValidator:
         self._refused_stamps: dict[str, tuple[int, float]] = {}
         self.refused: Counter[str] = Counter()
         self._warned_at: dict[str, float] = {}
+        self._newest: dict[str, tuple[float, str]] = {}
 
     def validate(
         self, topic: str, message: bytes, read: Callable[[bytes], Any], policy: StampPolicy
@@ -158,6 +159,12 @@ class InputValidator:
         reason = f'{topic}: {refusal.reason}'
         self.refused[reason] += 1
         now = time.monotonic()
+        self._newest[topic] = now, f'refused a message on {topic}: {refusal}'
         if now - self._warned_at.get(reason, -math.inf) >= every:
             self._warned_at[reason] = now
-            self._node.get_logger().warning(f'refused a message on {topic}: {refusal}')
+            self._node.get_logger().warning(self._newest[topic][1])
+
+    def newest(self) -> list[str]:
+        """List the newest refusal on each topic, as far as it is of the last moment, in words."""
+        now = time.monotonic()
+        return [text for at, text in self._newest.values() if now - at < _WARN_EVERY]

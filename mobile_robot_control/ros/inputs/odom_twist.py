@@ -1,8 +1,10 @@
-"""The velocity from odometry: its twist, or the motion of its poses if the twist contradicts them."""
+"""The velocity from odometry: its twist, or the motion of poses that contradict it; and jumps of poses."""
 
 import itertools
 import math
 from collections import deque
+from statistics import median
+from typing import NamedTuple
 
 from rclpy.node import Node
 
@@ -15,15 +17,46 @@ _SHARE = 0.25
 """Of the larger motion: allowed difference of the two ..."""
 _MOVED, _TURNED = 0.05, 0.1
 """... in addition to noise and slip [m], [rad]."""
-_FASTEST = 5.0, 15.0
-"""[m/s], [rad/s]: a faster pose was set, for example by a reset or a localisation."""
+_STRAY = Pose(0.03, 0.03, 0.06)
+"""[m], [m], [rad]: smaller steps of a pose against its twist are no jumps."""
+_ACCELERATION = 5.0, 10.0
+"""[m/s²], [rad/s²]: possible changes of the twist between two messages."""
+_NOISE, _FEW, _UNKNOWN = 3.0, 5, 0.1
+"""Factor of a jump over the usual step against the twist; which is known from so many on, and before it is this [m]."""
 _BASELINE = 0.1
 """[s] over which poses give a velocity."""
 
 
+class _Sample(NamedTuple):
+    """
+    Odometry.
+
+    Attributes
+    ----------
+    time : float
+        [s].
+    pose, twist : Pose, BodyVelocity
+        As measured.
+    stray : Pose
+        Step of the pose from the previous one, less that of the twists.
+    jumped : bool
+        Whether this step is a jump.
+
+    """
+
+    time: float
+    pose: Pose
+    twist: BodyVelocity
+    stray: Pose
+    jumped: bool
+
+
 class OdomTwist:
     """
-    Compares the twists of odometry with the motion of its poses; some bases leave the twist at zero.
+    Compares the twists of odometry with the motion of its poses.
+
+    Some bases leave the twist at zero: it then contradicts many poses. Where a localisation corrects the pose or a
+    driver is reset, one pose contradicts the twist: it has jumped, and the twist stays trusted.
 
     Parameters
     ----------
@@ -34,37 +67,79 @@ class OdomTwist:
     ----------
     problem : str
         Fault of the twist, in words; '' without one.
+    jump : tuple of float
+        By how far the newest pose has jumped [m], [rad]; () if it has not.
 
     """
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._taken: deque[tuple[float, Pose, BodyVelocity]] = deque()
+        self._taken: deque[_Sample] = deque()
         self.problem = ''
+        self.jump: tuple[float, float] | tuple[()] = ()
 
     def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> BodyVelocity:
         """Receive odometry with its stamp [ns]; return the velocity of the robot."""
         time, taken = stamp / 1e9, self._taken
-        if taken and (not 0.0 < time - taken[-1][0] < _LEAST or _jumps(*taken[-1][:2], time, pose)):
-            taken.clear()  # of another clock, before a pause, or before the robot was moved
-        taken.append((time, pose, velocity))
-        while time - taken[0][0] > _WINDOW:
+        stray, self.jump = Pose(0.0, 0.0, 0.0), ()
+        if taken:
+            last, dt = taken[-1], max(0.0, time - taken[-1].time)
+            stray = _stray(last, pose, velocity, dt)
+            if self._has_jumped(stray, _unknown(last.twist, velocity, dt)):
+                self.jump = math.hypot(stray.x, stray.y), abs(stray.heading)
+            if time < last.time:
+                taken.clear()  # of another clock
+        taken.append(_Sample(time, pose, velocity, stray, bool(self.jump)))
+        while time - taken[0].time > _WINDOW:
             taken.popleft()
-        if time - taken[0][0] >= _LEAST:
+        if time - taken[0].time >= _LEAST:
             self._compare()
         return self._by_poses() if self.problem else velocity
 
+    def forget(self) -> None:
+        """Forget the odometry so far."""
+        self._taken.clear()
+
+    def _has_jumped(self, stray: Pose, unknown: tuple[float, float]) -> bool:
+        """Return whether a pose strays from its twist more than the last second, and from all of its poses."""
+        moved, turned = _STRAY.x + unknown[0], _STRAY.heading + unknown[1]
+        if math.hypot(stray.x, stray.y) <= moved and abs(stray.heading) <= turned:
+            return False
+        # a twist that lies strays on and on, and noise again and again
+        before = self._taken[-1].stray
+        ahead = (before.x * stray.x + before.y * stray.y) / (math.hypot(stray.x, stray.y) or 1.0)
+        few = len(self._taken) < _FEW
+        moved += _NOISE * max(ahead, _UNKNOWN if few else median(
+            math.hypot(one.stray.x, one.stray.y) for one in self._taken))
+        turned += _NOISE * max(math.copysign(before.heading, before.heading * stray.heading), _UNKNOWN if few else
+                               median(abs(one.stray.heading) for one in self._taken))
+        # poses that come more seldom than messages, or with uneven stamps, return to the way of the twist
+        x, y, heading = stray
+        for sample in reversed(self._taken):
+            if math.hypot(x, y) <= moved and abs(heading) <= turned:
+                return False
+            if sample.jumped:
+                break
+            x, y, heading = x + sample.stray.x, y + sample.stray.y, heading + sample.stray.heading
+        return True
+
     def _compare(self) -> None:
-        """Compare poses and twists over the same time."""
+        """Compare poses and twists over the same time, without jumps."""
         moved = turned = promised = promised_turn = 0.0
-        for (begin, before, _), (end, after, twist) in itertools.pairwise(self._taken):
-            step = _motion(before, after)
+        allowed, allowed_turn = _MOVED, _TURNED
+        for before, after in itertools.pairwise(self._taken):
+            if after.jumped:
+                continue
+            dt = after.time - before.time
+            step = _motion(before.pose, after.pose)
             moved, turned = moved + step[0], turned + step[1]
-            promised += twist.linear * (end - begin)
-            promised_turn += twist.angular * (end - begin)
-        seconds = self._taken[-1][0] - self._taken[0][0]
-        wrong = (abs(moved - promised) > _SHARE * max(abs(moved), abs(promised)) + _MOVED
-                 or abs(turned - promised_turn) > _SHARE * max(abs(turned), abs(promised_turn)) + _TURNED)
+            promised += 0.5 * (before.twist.linear + after.twist.linear) * dt
+            promised_turn += 0.5 * (before.twist.angular + after.twist.angular) * dt
+            unknown = _unknown(before.twist, after.twist, dt)
+            allowed, allowed_turn = allowed + unknown[0], allowed_turn + unknown[1]
+        seconds = self._taken[-1].time - self._taken[0].time
+        wrong = (abs(moved - promised) > _SHARE * max(abs(moved), abs(promised)) + allowed
+                 or abs(turned - promised_turn) > _SHARE * max(abs(turned), abs(promised_turn)) + allowed_turn)
         if wrong and not self.problem:
             self.problem = (
                 f'the twist of odom ({promised / seconds:.2f} m/s, {promised_turn / seconds:.2f} rad/s) contradicts '
@@ -77,18 +152,31 @@ class OdomTwist:
 
     def _by_poses(self) -> BodyVelocity:
         """Return the mean velocity over the last moment."""
-        end, newest, velocity = self._taken[-1]
-        begin, pose, _ = next((one for one in reversed(self._taken) if end - one[0] >= _BASELINE), self._taken[0])
-        if end <= begin:
-            return velocity
-        moved, turned = _motion(pose, newest)
-        return BodyVelocity(moved / (end - begin), turned / (end - begin))
+        newest = begin = self._taken[-1]
+        for before in itertools.islice(reversed(self._taken), 1, None):
+            if begin.jumped or newest.time - begin.time >= _BASELINE:
+                break
+            begin = before
+        if newest.time <= begin.time:
+            return newest.twist
+        moved, turned = _motion(begin.pose, newest.pose)
+        return BodyVelocity(moved / (newest.time - begin.time), turned / (newest.time - begin.time))
 
 
-def _jumps(begin: float, before: Pose, end: float, after: Pose) -> bool:
-    """Return whether no robot can drive from one pose to another, at times [s]."""
-    moved, turned = math.hypot(after.x - before.x, after.y - before.y), abs(wrap_angle(after.heading - before.heading))
-    return moved > _FASTEST[0] * (end - begin) + _MOVED or turned > _FASTEST[1] * (end - begin) + _TURNED
+def _stray(last: _Sample, pose: Pose, velocity: BodyVelocity, dt: float) -> Pose:
+    """Return the step to a pose, less that of the mean twist over a time [s] along the middle of its arc."""
+    turn = 0.5 * (last.twist.angular + velocity.angular) * dt
+    way, along = 0.5 * (last.twist.linear + velocity.linear) * dt, last.pose.heading + 0.5 * turn
+    return Pose(pose.x - last.pose.x - way * math.cos(along), pose.y - last.pose.y - way * math.sin(along),
+                wrap_angle(pose.heading - last.pose.heading - turn))
+
+
+def _unknown(before: BodyVelocity, after: BodyVelocity, dt: float) -> tuple[float, float]:
+    """Return by how much [m], [rad] a motion between two twists may differ from their mean over a time [s]."""
+    # speeding up and slowing down by a differ by a dt²/4; in a long gap the robot may have stood, or moved a little
+    linear, angular = (max(abs(one), abs(other)) for one, other in zip(before, after, strict=True))
+    return (min(0.25 * _ACCELERATION[0] * dt * dt, linear * dt + 2.0 * _MOVED),
+            min(0.25 * _ACCELERATION[1] * dt * dt, angular * dt + 2.0 * _TURNED))
 
 
 def _motion(before: Pose, after: Pose) -> tuple[float, float]:

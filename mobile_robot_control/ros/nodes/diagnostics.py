@@ -61,6 +61,7 @@ class Diagnostics:
         self._refused_before = self._overruns_before = 0
         self._ever_stepped = False
         self._stopped: list[str] = []
+        self._told: list[str] = []
         self._last_step = math.nan
         self._begin_period()
         create_steady_timer(_PERIOD, self._report, node)
@@ -84,8 +85,14 @@ class Diagnostics:
         self._ever_stepped, self._stopped = True, []
 
     def note_stop(self, *topics: str) -> None:
-        """Note a stop of the robot because these inputs are silent."""
+        """Note a stop of the robot because these inputs are silent; log it once."""
         self._stopped = list(dict.fromkeys(self._monitor.sources[topic] for topic in topics))
+        silent = [topic for topic in topics if math.isfinite(self._monitor.age(topic))]
+        if silent and self._stopped != self._told:
+            self._told = self._stopped
+            self._node.get_logger().error('; '.join([
+                f'the robot is stopped: {" and ".join(silent)} silent, from {" and ".join(self._stopped)}',
+                *self._validator.newest()]))
 
     def condition(self) -> Condition:
         """Return the condition, from the steps, refusals and silences since the last report."""
@@ -94,9 +101,9 @@ class Diagnostics:
             return override
         missing = self._monitor.missing()
         if not self._ever_stepped:
-            return Condition(DiagnosticStatus.STALE, 'waiting', missing)
+            return Condition(DiagnosticStatus.STALE, 'waiting', missing, '; '.join(self._validator.newest()))
         if self._stopped:
-            return Condition(DiagnosticStatus.ERROR, 'stopped', self._stopped)
+            return Condition(DiagnosticStatus.ERROR, 'stopped', self._stopped, '; '.join(self._validator.newest()))
         if not self._steps:
             return Condition(DiagnosticStatus.ERROR if missing else DiagnosticStatus.WARN, 'waiting', missing,
                              '; '.join(self.problems()))
@@ -111,8 +118,8 @@ class Diagnostics:
                          '; '.join(self.problems()))
 
     def problems(self) -> list[str]:
-        """List problems of endpoints and stamps, in words."""
-        return [*self._watch.problems(), *self._monitor.problems()]
+        """List problems of endpoints and stamps, and the newest refusals, in words."""
+        return [*self._validator.newest(), *self._watch.problems(), *self._monitor.problems()]
 
     def _overruns(self) -> int:
         return self._pace.overruns if self._pace is not None else 0
@@ -127,6 +134,9 @@ class Diagnostics:
         self._publish(self.condition())
 
     def _report(self) -> None:
+        if self._told and not self._stopped:
+            self._told = []
+            self._node.get_logger().info('the inputs are back: the robot is no longer stopped')
         self._watch.look()
         self._monitor.note_second()
         self._publish(self.condition())

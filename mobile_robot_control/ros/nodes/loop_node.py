@@ -99,10 +99,14 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._pace: OverrunCounter | None = None
         lockstep = self._shared.lockstep
         self._robot_clock = SteadyClock(self) if lockstep else RobotClock(self, self._begin_anew_in_time)
-        self._monitor = InputMonitor(self, self._monitored(), self._shared.peer_timeout, self._robot_clock)
+        # on the wall clock mostly a robot's driver or another simulator
+        sources = {topic: f'the base ({topic})' if source == 'plant' and not lockstep else source
+                   for topic, source in self._monitored().items()}
+        self._monitor = InputMonitor(self, sources, self._shared.peer_timeout, self._robot_clock)
         self._validator = InputValidator(self, self._monitor, self._shared.peer_timeout)
         refuse_negative_time(self, self._validator.note_refusal)
-        watched = [*self._loop.topics_of(name), *(topic for topic, nodes in OTHER_INPUTS.items() if name in nodes)]
+        watched = {topic: self._kind(topic) for topic in self._loop.topics_of(name)} | {
+            topic: '' for topic, nodes in OTHER_INPUTS.items() if name in nodes}
         self._watch = PublisherWatch(
             self, watched, self._loop.listeners_of(name) if lockstep else {}, self._shared.peer_timeout)
         self._events = RunEvents(self)

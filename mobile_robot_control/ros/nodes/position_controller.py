@@ -50,7 +50,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._guard: LockstepGuard = LockstepGuard(self, self._law) if shared.lockstep else RobotGuard(
             self, self._law,
             partial(OdomConflict, self, self._watch, self._robot_clock, self.parameters.input_timeout), self._act,
-            lambda why: self._events.publish(self._clock_stamp(), {'stop': why} if why else {'release': True}))
+            lambda event: self._events.publish(self._clock_stamp(), event))
         self._drives = False
         self._feeds = shared.feedforward.enabled
         topics = [topic for topic, wanted in (('odom', True), ('odom_time', shared.has_odom_time), (
@@ -105,7 +105,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         observation = Observation(tracking_error(reference.pose, pose), reference, velocity, tuple(later))
         acceleration = mean_acceleration(reference, later[0]) if self._feeds else None
         command = self._guard.command(observation, inputs.stamp, self.parameters, acceleration)
-        if self._law.failure or self._guard.reason or acceleration is None:
+        if self._law.failure or self._guard.stands or acceleration is None:
             acceleration = NO_ACCELERATION
         self._drives = True
         return {'cmd_accel': acceleration, 'cmd_vel': command, 'tracking_error': observation.error}
@@ -126,7 +126,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
             return value
         pose, velocity = value
         self._age.note(stamp, pose, velocity)
-        return pose, self._guard.note(stamp, pose, velocity)
+        return pose, self._guard.note(stamp, pose, velocity, self.parameters, self._drives)
 
     def is_held(self) -> bool:
         """Return whether the robot is stopped."""

@@ -1,4 +1,4 @@
-"""Other publishers on a node's topics, incompatible qualities of service, and missing subscriptions."""
+"""Other publishers on a node's topics, endpoints of other types or qualities of service, and missing subscriptions."""
 
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -9,6 +9,8 @@ from rclpy.qos import qos_policy_name_from_kind
 
 _PARTICIPANT = 12
 """Bytes of an endpoint's GUID that identify its process."""
+_COMMANDS = ('cmd_vel', 'wheel_torques')
+"""Topics without which a robot stands."""
 _REMEDY = 'stop all but one, or give each robot a namespace or a ROS_DOMAIN_ID of its own'
 
 
@@ -20,8 +22,8 @@ class PublisherWatch:
     ----------
     node : Node
         Node with the inputs and outputs.
-    topics : sequence of str
-        Loop topics, by relative name.
+    topics : mapping of str to str
+        Type of each input and output, by relative name; '' if it does not matter.
     listeners : mapping of str to mapping of str to sequence of str
         By topic of the node, the nodes that need it, each with the topics that it publishes.
     patience : float
@@ -37,13 +39,15 @@ class PublisherWatch:
     """
 
     def __init__(
-        self, node: Node, topics: Sequence[str], listeners: Mapping[str, Mapping[str, Sequence[str]]], patience: float
+        self, node: Node, topics: Mapping[str, str], listeners: Mapping[str, Mapping[str, Sequence[str]]], patience: float
     ) -> None:
         self._node, self._patience = node, patience
         # the receiver of a remapped output is unknown here
         self._listeners = {topic: nodes for topic, nodes in listeners.items()
                            if node.resolve_topic_name(topic).endswith(f'/{topic}')}
         self._topics = {topic: node.resolve_topic_name(topic) for topic in topics}
+        self._kinds = {topic: kind for topic, kind in topics.items() if kind}
+        self._unconnected: list[str] = []
         self._deaf_since: dict[str, float] = {}
         self.several: dict[str, str] = {}
         self.unfit: dict[str, str] = {}
@@ -69,8 +73,28 @@ class PublisherWatch:
             if topic not in found:
                 self._node.get_logger().info(f'{topic} has one publisher again')
         self.several = found
+        unconnected = list(dict.fromkeys(self._find_unconnected()))
+        for text in unconnected:
+            if text not in self._unconnected:
+                self._node.get_logger().warning(text)
+        self._unconnected = unconnected
         deaf, now = set(self._deaf()), time.monotonic()
         self._deaf_since = {text: self._deaf_since.get(text, now) for text in deaf}
+
+    def _find_unconnected(self) -> Iterator[str]:
+        """Yield endpoints of another type than this node's, which DDS does not connect, and commands that none takes."""
+        for topic, kind in self._kinds.items():
+            resolved = self._topics[topic]
+            publishes = any(publisher.topic_name == resolved for publisher in self._node.publishers)
+            found = (self._node.get_subscriptions_info_by_topic(resolved) if publishes
+                     else self._node.get_publishers_info_by_topic(resolved))
+            does, do = ('takes', 'publishes') if publishes else ('publishes', 'takes')
+            for info in found:
+                if info.topic_type != kind and '_UNKNOWN_' not in info.node_name:
+                    yield (f'{_full_name(info)} {does} {resolved} as {_short(info.topic_type)}, and this node {do} '
+                           f'{_short(kind)}{_remedy(topic, kind)}')
+            if publishes and topic in _COMMANDS and kind not in {info.topic_type for info in found}:
+                yield f'no node takes {resolved}: nothing moves the robot'
 
     def _deaf(self) -> Iterator[str]:
         """Yield the nodes that are discovered, but not as listeners of this one."""
@@ -110,13 +134,29 @@ class PublisherWatch:
         """List the problems, in words."""
         deaf = [text for text, since in self._deaf_since.items() if time.monotonic() - since > self._patience]
         return [*(f'{topic} has several publishers ({names})' for topic, names in self.several.items()),
-                *self.unfit.values(), *deaf]
+                *self._unconnected, *self.unfit.values(), *deaf]
 
 
 def publisher_names(node: Node, resolved: str) -> str:
     """Return the full names of a topic's publishers, by its resolved name, joined by ' and '."""
-    infos = node.get_publishers_info_by_topic(resolved)
-    return ' and '.join(sorted(f'{info.node_namespace.rstrip("/")}/{info.node_name}' for info in infos))
+    return ' and '.join(sorted(map(_full_name, node.get_publishers_info_by_topic(resolved))))
+
+
+def _full_name(info: Any) -> str:
+    """Return the full name of an endpoint's node."""
+    return f'{info.node_namespace.rstrip("/")}/{info.node_name}'
+
+
+def _short(kind: str) -> str:
+    """Return the name of a message type without its package."""
+    return kind.rpartition('/')[2]
+
+
+def _remedy(topic: str, kind: str) -> str:
+    """Return the remedy for another type than this node's."""
+    if topic != 'cmd_vel':
+        return '; make both types alike'
+    return f'; set stamped_cmd_vel to {str(_short(kind) == "Twist").lower()} on the wall clock'
 
 
 def _participants(endpoints: Iterable[Any]) -> set[bytes]:

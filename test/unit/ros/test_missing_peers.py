@@ -42,7 +42,7 @@ def test_a_plant_that_publishes_and_does_not_listen_is_named_after_a_while(monke
     now = [0.0]
     monkeypatch.setattr(publisher_watch.time, 'monotonic', lambda: now[0])
     graph = Graph()
-    watch = PublisherWatch(graph, [], LOOPS['torque'].listeners_of('velocity_controller'), 2.0)
+    watch = PublisherWatch(graph, {}, LOOPS['torque'].listeners_of('velocity_controller'), 2.0)
     watch.look()
     assert not watch.problems()
     # process 1 is the plant; process 2, a recorder, listens

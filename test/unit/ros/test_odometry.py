@@ -1,6 +1,8 @@
 """Odometry: its age, what contradicts it, and its transform on /tf."""
 
+import itertools
 import math
+import random
 import sys
 import types
 
@@ -105,6 +107,81 @@ def test_a_twist_is_taken_as_it_is_where_it_agrees_also_at_rest_and_after_a_jump
         assert set(_drive(twist, BodyVelocity(V, OMEGA), begin, end, aside)) == {BodyVelocity(V, OMEGA)}
     assert {twist.note(int(500e9) + n * 20 * MS, Pose(9.0, 9.0, 0.0), STILL) for n in range(200)} == {STILL}
     assert not told
+
+
+def _wander(seed, rate, jump=None, lost=(), noise=0.0, resting=False):
+    """
+    Drive about with changing twists, while odometry jumps at 2 s by (x, y, turn), and some spans [s] of it are lost.
+
+    Returns the jumps, whether each velocity was that of the twist, and what was logged.
+    """
+    draw, (twist, told) = random.Random(seed), _twist()  # noqa: S311 (motions, no secrets)
+    phases = [draw.uniform(0.0, 6.0) for _ in range(4)]
+    x, y, heading, jumps, trusted = 3.0, -2.0, 1.0, [], True
+    for n in range(round(5.0 * rate)):
+        for part in range(10):
+            time = (n + part / 10.0) / rate
+            v = 0.0 if resting else 0.25 + 0.25 * math.sin(1.7 * time + phases[0])
+            omega = 0.0 if resting else 0.8 * math.sin(2.3 * time + phases[1])
+            x, y = x + v * math.cos(heading) / rate / 10.0, y + v * math.sin(heading) / rate / 10.0
+            heading += omega / rate / 10.0
+        if jump and time > 2.0:
+            x, y, heading, jump = x + jump[0], y + jump[1], heading + jump[2], None
+        if any(begin < time < end for begin, end in lost):
+            continue
+        seen = Pose(x + draw.gauss(0.0, noise), y + draw.gauss(0.0, noise),
+                    math.remainder(heading + draw.gauss(0.0, noise), 2.0 * math.pi))
+        trusted &= twist.note(int((100.0 + time) * 1e9), seen, BodyVelocity(v, omega)) == (v, omega)
+        jumps += [twist.jump] if twist.jump else []
+    return jumps, trusted, told
+
+
+RATES = (20.0, 30.0, 50.0, 100.0)
+
+
+@pytest.mark.parametrize('rate', RATES)
+@pytest.mark.parametrize('resting', [True, False])
+def test_one_pose_that_jumps_is_told_with_its_size_and_the_twist_stays_trusted(rate, resting):
+    draw = random.Random(rate)  # noqa: S311 (jumps, no secrets)
+    for size, turn in [*itertools.product((0.0, 0.05, 0.2, 0.5), (0.0, 0.1, 1.0)), (0.1, 0.3), (0.36, 0.2)]:
+        way = draw.uniform(-math.pi, math.pi)
+        jumps, trusted, told = _wander(3, rate, (size * math.cos(way), size * math.sin(way), turn), resting=resting)
+        if size or turn:
+            (moved, turned), = jumps
+            assert (moved, turned) == pytest.approx((size, turn), abs=0.01), (size, turn)
+        else:
+            assert jumps == []
+        assert (trusted, told) == (True, []), (size, turn)
+
+
+@pytest.mark.parametrize('rate', RATES)
+def test_gaps_and_noise_are_no_jumps_and_no_lie_of_the_twist(rate):
+    for seed in range(5):
+        assert _wander(seed, rate, lost=[(0.7, 1.0), (1.5, 1.8), (3.1, 3.4)]) == ([], True, [])
+        assert _wander(seed, rate, noise=0.004, lost=[(1.5, 1.8)]) == ([], True, [])
+
+
+@each_row('speed', [0.3, 1.0, 1.5])
+def test_a_twist_that_lies_is_no_jump_also_from_the_start_of_a_motion(speed):
+    for rate in RATES:
+        twist, told = _twist()
+        x, v, jumps = 0.0, 0.0, []
+        for n in range(round(4.0 * rate)):
+            v += (speed * (n > rate) - v) * (1.0 - math.exp(-1.0 / rate / 0.15))
+            x += v / rate
+            velocity = twist.note(int((100.0 + n / rate) * 1e9), Pose(x, 0.0, 0.0), STILL)
+            jumps += [twist.jump] if twist.jump else []
+        assert velocity.linear == pytest.approx(speed, rel=0.05), rate
+        assert len(jumps) <= 1, (rate, jumps)
+        assert len(told) == 1, rate
+
+
+def test_poses_that_come_more_seldom_than_messages_do_not_jump():
+    twist, told = _twist()
+    for n in range(300):
+        twist.note(int((100.0 + n * DT) * 1e9), Pose(V * DT * (n - n % 10), 0.0, 0.0), BodyVelocity(V, 0.0))
+        assert twist.jump == (), n
+    assert told == []
 
 
 def test_odometry_becomes_a_transform_where_tf2_is_installed(monkeypatch):
