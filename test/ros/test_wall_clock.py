@@ -96,7 +96,8 @@ def test_only_the_acceleration_of_the_command_acts_and_within_a_bound(robot):
                                                   'feedforward.enabled:=true'])
     joints, commands, accelerations = (node.create_publisher(kind, topic, PUBLISHED) for kind, topic in (
         (JointState, 'joint_states'), (TwistStamped, 'cmd_vel'), (AccelStamped, 'cmd_accel')))
-    node.create_subscription(JointState, 'wheel_torques', lambda message: torques.append(max(message.effort)), PUBLISHED)
+    node.create_subscription(
+        JointState, 'wheel_torques', lambda message: torques.append(max(message.effort)), PUBLISHED)
     accel, mine = AccelStamped(), False
 
     def publish():

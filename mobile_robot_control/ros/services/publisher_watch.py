@@ -39,7 +39,8 @@ class PublisherWatch:
     """
 
     def __init__(
-        self, node: Node, topics: Mapping[str, str], listeners: Mapping[str, Mapping[str, Sequence[str]]], patience: float
+        self, node: Node, topics: Mapping[str, str], listeners: Mapping[str, Mapping[str, Sequence[str]]],
+        patience: float,
     ) -> None:
         self._node, self._patience = node, patience
         # the receiver of a remapped output is unknown here
@@ -82,7 +83,7 @@ class PublisherWatch:
         self._deaf_since = {text: self._deaf_since.get(text, now) for text in deaf}
 
     def _find_unconnected(self) -> Iterator[str]:
-        """Yield endpoints of another type than this node's, which DDS does not connect, and commands that none takes."""
+        """Yield endpoints of another type, which DDS does not connect, and commands that no node takes."""
         for topic, kind in self._kinds.items():
             resolved = self._topics[topic]
             publishes = any(publisher.topic_name == resolved for publisher in self._node.publishers)
