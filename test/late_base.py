@@ -20,6 +20,8 @@ from stand_in_model import STEP, Base, StandIn
 
 LONGEST = 0.1
 """[s] of simulated time from one message on /clock to the next: on a busy machine it would grow and grow."""
+_BEHIND, _SLOWLY = 0.1, 0.1
+"""[s] that the newest command may be old in simulated time; where it is older, time goes more slowly by this factor."""
 
 
 class LateBase(Node):
@@ -31,28 +33,38 @@ class LateBase(Node):
         self._clock_topic = self.create_publisher(Clock, '/clock', 1) if factor else None
         self._odom = self.create_publisher(Odometry, 'odom', qos_profile_sensor_data)
         self._truth = self.create_publisher(Odometry, 'ground_truth', 10)
-        self._stands = False
+        self._stands = self._anew = False
         self._begin()
         self.create_subscription(TwistStamped, 'cmd_vel', self._take, 1)
         self.create_timer(0.002, self._advance)
         signal.signal(signal.SIGUSR1, self._stand_or_go_on)
-        signal.signal(signal.SIGUSR2, self._begin)
+        signal.signal(signal.SIGUSR2, self._begin_anew)
 
-    def _begin(self, *_):
+    def _begin(self):
         self._robot, self._began = StandIn(self._base, self._start), 0.0 if self._factor else time.time()
         self._sent = self._told = -1.0
-        self._now, self._wall = 0.0, time.monotonic()
+        self._now, self._wall, self._answered = 0.0, time.monotonic(), math.inf
+
+    def _begin_anew(self, *_):
+        # a signal may come in the middle of an advance, which would go on with numbers of the former time
+        self._anew = True
 
     def _stand_or_go_on(self, *_):
         self._stands = not self._stands
 
     def _take(self, message):
         self._robot.commanded = message.twist.linear.x, message.twist.angular.z
+        self._answered = message.header.stamp.sec + message.header.stamp.nanosec / 1e9
 
     def _advance(self):
+        if self._anew:
+            self._anew = False
+            self._begin()
         wall = time.monotonic()
         if not self._stands:
             passed = (self._factor or 1.0) * (wall - self._wall)
+            if self._factor and self._now - self._answered > _BEHIND:
+                passed *= _SLOWLY
             self._now += min(passed, LONGEST) if self._factor else passed
         self._wall = wall
         while self._robot.k * STEP < self._now:

@@ -21,8 +21,8 @@ PERIOD = 0.02
 class Base(Node):
     """Follows the commanded velocity with a first-order lag: a third of the difference each period."""
 
-    def __init__(self, plain):
-        super().__init__('base')
+    def __init__(self, plain, **options):
+        super().__init__('base', **options)
         self.x, self.y, self.heading, self.v, self.omega, self.command = 1.0, 0.0, 0.5 * math.pi, 0.0, 0.0, Twist()
         kind, topic = (Twist, 'plain_cmd_vel') if plain else (TwistStamped, 'cmd_vel')
         self.create_subscription(kind, topic, self.take, 1)

@@ -6,9 +6,10 @@ the robot subscribes to. Without --yes nothing moves: the command says what it w
 
 A manoeuvre ends early where odometry shows that the robot could not stop in the box within 1 s times its
 speed; the robot then drives back to the middle. A box smaller than 4 s times the largest velocity is
-refused. Zero commands stop the robot at the end, on Ctrl-C, after 0.5 s without odometry, outside the box,
-and when another node commands it. These stops need a network and a process: keep a hand on the robot's
-switch. Odometry that drifts moves the box, too.
+refused. Zero commands stop the robot at the end, on Ctrl-C, in a closed terminal, outside the box, when
+another node commands it, when the bag cannot be written, and when odometry is silent for 0.5 s, has old
+stamps or two publishers, stays unchanged despite the commands, or jumps. These stops need a network and a
+process: keep a hand on the robot's switch. Odometry that drifts moves the box, too.
 
 For example:
   excite --box 2 2 --max-velocity 0.4 --max-angular-velocity 1.5

@@ -115,8 +115,7 @@ class Actions:
         try:
             asked = request.get('do') if isinstance(request, dict) else None
             if asked == 'lesson':
-                await self.teaching.begin(str(request.get('name')), whose)
-                return Answer(True, '')
+                return Answer(True, str(await self.teaching.begin(str(request.get('name')), whose)))
             if not isinstance(asked, str) or asked not in self._handlers:
                 raise RefusedRequestError('unknown request of the page; load it again')
             return await self._handlers[asked](request)
@@ -252,8 +251,7 @@ class Actions:
         number, value = request.get('control'), request.get('value')
         if type(number) is not int or not isinstance(value, str | int | float):
             raise RefusedRequestError('a control has a number and a value')
-        await self.teaching.move(number, value)
-        return Answer(True, '')
+        return Answer(True, str(await self.teaching.move(number, value)))
 
     async def _end(self, _: Mapping[str, Any]) -> Answer:
         """End the lesson under way."""
@@ -276,10 +274,21 @@ class Actions:
             if refused:
                 raise RefusedRequestError(refused)
 
-    async def _begin_run(self, pose: Sequence[float] | None) -> None:
+    async def _begin_run(self, pose: Sequence[float] | None) -> int:
+        """Begin a new run; return its number once its first row has come."""
+        def number() -> int:
+            return self._link.run.number
+
+        before = await self._ask(number)
         begun = await self._reset({} if pose is None else {'pose': list(pose)})
         if not begun.good:
             raise RefusedRequestError(begun.text)
+        for _ in range(round(_START / _LOOK)):
+            found: int = await self._ask(number)
+            if found > before:
+                return found
+            await asyncio.sleep(_LOOK)
+        raise RefusedRequestError('no new run began; is the plant running?')
 
     async def _restart(self, request: Mapping[str, Any]) -> Answer:
         """Restart an ended node."""

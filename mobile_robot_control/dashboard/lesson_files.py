@@ -83,6 +83,14 @@ class Lesson(NamedTuple):
         return found
 
 
+    def watched(self) -> dict[str, set[str]]:
+        """Return the parameters of its controls and of its answer by node."""
+        found = self.touched()
+        for node, name in map(parameter_of, self.content['answer'].get('with') or ()):
+            found.setdefault(node, set()).add(name)
+        return found
+
+
 def parameter_of(target: str) -> tuple[str, str]:
     """Return the node and the parameter of a control; '' and the name if it sets no parameter."""
     node, _, name = target.partition('.')

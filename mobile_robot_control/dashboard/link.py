@@ -7,7 +7,7 @@ import queue
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from contextlib import suppress
 from functools import partial
@@ -25,6 +25,7 @@ from mobile_robot_control.dashboard.node_states import NodeStates
 from mobile_robot_control.dashboard.parameter_book import ParameterBook
 from mobile_robot_control.dashboard.path_drawing import PathSender
 from mobile_robot_control.dashboard.polling import PolledTopic
+from mobile_robot_control.dashboard.recordings import STATE
 from mobile_robot_control.dashboard.sampling import message_text
 from mobile_robot_control.dashboard.service_calls import ServiceCalls
 from mobile_robot_control.messages.cdr import deserialise
@@ -37,6 +38,9 @@ from mobile_robot_control.topics import EVENTS
 
 _KIND = 'diagnostic_msgs/msg/DiagnosticArray'
 _KEPT_CHANGES = 40
+_START_POSE = 'initial_pose'
+_NO_MOTION = (*STATE, 'real_time_factor', _START_POSE)
+"""Parameters that change nothing of the motion of a run under way."""
 
 
 class Events:
@@ -90,6 +94,44 @@ class Frame(NamedTuple):
     row: tuple[float, ...]
 
 
+class RunValues:
+    """
+    The parameters that the run of the newest row has had.
+
+    Attributes
+    ----------
+    number : int
+        Of the run; -1 before the first row.
+    since : float
+        Time of the run [s] since which it has them; 0 where it has had them from its start.
+
+    """
+
+    def __init__(self) -> None:
+        self.number, self.since = -1, 0.0
+        self._pose: Any = None
+        self._values: dict[str, dict[str, Any]] = {}
+
+    def note(self, number: int, time: float, values: Mapping[str, Mapping[str, Any]]) -> None:
+        """Note a row: its run, its time [s], and the present values by node."""
+        begins, before = number != self.number, self._values
+        self._values = {node: dict(given) for node, given in values.items()}
+        if begins:
+            self.number, self.since = number, 0.0
+            self._pose = self._values.get('plant', {}).get(_START_POSE)
+        elif any(name not in _NO_MOTION and name in before.get(node, ()) and before[node][name] != value
+                 for node, given in self._values.items() for name, value in given.items()):
+            self.since = time if math.isfinite(time) else self.since
+
+    def shown(self, names: Mapping[str, set[str]]) -> dict[str, Any]:
+        """Return it with some parameters by node, ready for JSON: all, and those that count for its motion."""
+        found = {f'{node}.{name}': (name, self._values.get(node, {}).get(name))
+                 for node, some in sorted(names.items()) for name in sorted(some)}
+        return {'number': self.number, 'since': self.since, 'pose': self._pose,
+                'values': {target: value for target, (_, value) in found.items()},
+                'motion': {target: value for target, (name, value) in found.items() if name not in _NO_MOTION}}
+
+
 class RobotLink:
     """
     Samples the loop's topics 20 times a second and serves the page's requests, in its own thread.
@@ -111,6 +153,8 @@ class RobotLink:
         Whether a page is open; if none is, no topic of the loop is subscribed to.
     failure : str
         Reason of the thread's end; '' while it runs.
+    run : RunValues
+        The parameters of the present run.
 
     """
 
@@ -119,6 +163,7 @@ class RobotLink:
     ) -> None:
         self.namespace, self._note_progress, self._started = namespace, note_progress, started
         self.frames: deque[Frame] = deque(maxlen=_KEPT)
+        self.run = RunValues()
         self.wanted, self.failure, self._number = False, '', 0
         self._jobs: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = queue.SimpleQueue()
         self._ended = threading.Event()
@@ -218,7 +263,9 @@ class RobotLink:
             self.book.version += 1
         if self.loop.polled:
             self._number += 1
-            self.frames.append(Frame(self._number, self.loop.sampler.row(self._lyapunov())))
+            row = self.loop.sampler.row(self._lyapunov())
+            self.run.note(int(row[0]), row[1], {role: known.values for role, known in self.book.nodes.items()})
+            self.frames.append(Frame(self._number, row))
 
     def _lyapunov(self) -> float:
         """Return the value of the Lyapunov function (26); nan if the law has none."""

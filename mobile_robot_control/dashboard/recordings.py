@@ -22,8 +22,8 @@ _SHOWN = 5
 """Most recordings on the page."""
 _LINES = 20
 """Stored lines of a recording's output."""
-_BEGIN = 15.0
-"""[s] of wall time, at most, until a recording has begun; the page waits 20 s for an answer."""
+_BEGIN = 60.0
+"""[s] of wall time, at most, until a recording has begun; the page waits 90 s for an answer."""
 
 
 class BusyError(RuntimeError):
@@ -102,8 +102,9 @@ class _Recording:
         return {'state': state, 'name': self.folder.name, 'text': text}
 
     def wait_for_begin(self) -> None:
-        """Wait until it has found the topics and records, or has ended."""
-        self._has_begun.wait(_BEGIN)
+        """Wait until it has found the topics and records, or has ended; raise BusyError if neither comes in time."""
+        if not self._has_begun.wait(_BEGIN):
+            raise BusyError(f'{self.folder.name} has not begun for {_BEGIN:g} s: is this machine too busy?')
 
     def stop(self) -> None:
         """End the recording; its report follows."""

@@ -30,6 +30,7 @@ def shown_state(
         'events': link.events.newest_first(),
         'ended': nodes.reports() if nodes is not None else {},
         'lesson': actions.teaching.running,
+        'run': link.run.shown(actions.teaching.watched()),
         'changed_laws': actions.changed_laws(),
         'name': link.namespace.strip('/'),
         'recordings': recordings.state,

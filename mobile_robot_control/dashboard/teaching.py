@@ -11,6 +11,8 @@ from mobile_robot_control.reference.cart import Placement, reference_at
 from mobile_robot_control.reference.curves import CURVES
 
 Values = dict[str, dict[str, Any]]
+_PATIENCE, _LOOK = 10.0, 0.1
+"""[s] of wall time for the nodes of a lesson to be discovered, and between two looks."""
 
 
 class LessonError(ValueError):
@@ -28,13 +30,14 @@ class Robot(NamedTuple):
     change : callable
         Takes a node and its new values; restarts it if one of them is read-only while it runs.
     reset : callable
-        Begins a new run from a pose [m, m, rad], or from that of the parameters for None.
+        Begins a new run from a pose [m, m, rad], or from that of the parameters for None; returns its number once its
+        first row has come.
 
     """
 
     present: Callable[[], Awaitable[Values]]
     change: Callable[[str, Mapping[str, Any]], Awaitable[None]]
-    reset: Callable[[Sequence[float] | None], Awaitable[None]]
+    reset: Callable[[Sequence[float] | None], Awaitable[int]]
 
 
 class Teaching:
@@ -73,8 +76,16 @@ class Teaching:
         return [{'name': lesson.name, 'fits': not self._name or self._name in lesson.robots, **lesson.content}
                 for lesson in self.lessons.values()]
 
-    async def begin(self, name: str, whose: object) -> None:
-        """Begin a lesson; raise LessonError if there is none of that name, or it is not for this robot."""
+    def watched(self) -> dict[str, set[str]]:
+        """Return the parameters that count for the lesson under way, by node."""
+        return self.lessons[self.running].watched() if self.running else {}
+
+    async def begin(self, name: str, whose: object) -> int:
+        """
+        Begin a lesson; return the number of its run, 0 if it begins none.
+
+        Raises LessonError if there is no lesson of that name, or it is not for this robot.
+        """
         lesson = self.lessons.get(name)
         if lesson is None:
             raise LessonError('there is no such lesson; load the page again')
@@ -83,19 +94,28 @@ class Teaching:
                              f'start dashboard --robot {lesson.robots[0]}')
         async with self._lock:
             await self._take_back()
-            self._before = await self._robot.present()
-            absent = [node for node in lesson.touched() if node not in self._before]
-            if absent:
-                raise LessonError(f'this lesson handles the node {" and ".join(absent)}, which is not there')
+            self._before = await self._nodes_of(lesson)
             self.running, self._whose = name, whose
             self._pose = dict(zip(POSE, lesson.pose or (0.0,) * 3, strict=True))
             for node, values in lesson.parameters.items():
                 await self._robot.change(node, values)
-            if lesson.pose is not None:
-                await self._begin_run()
+            return 0 if lesson.pose is None else await self._begin_run()
 
-    async def move(self, number: int, value: Any) -> None:
-        """Set a control of the lesson under way, counted from 0."""
+    async def _nodes_of(self, lesson: Lesson) -> Values:
+        """Return the present parameters, once the nodes of a lesson are there: a page may be open before them."""
+        waited = 0.0
+        while True:
+            present = await self._robot.present()
+            absent = [node for node in lesson.touched() if node not in present]
+            if not absent:
+                return present
+            if waited >= _PATIENCE:
+                raise LessonError(f'this lesson handles the node {" and ".join(absent)}, which is not there')
+            await asyncio.sleep(_LOOK)
+            waited += _LOOK
+
+    async def move(self, number: int, value: Any) -> int:
+        """Set a control of the lesson under way, counted from 0; return the number of the run that it begins, or 0."""
         async with self._lock:
             controls = self.lessons[self.running].controls if self.running else ()
             if not 0 <= number < len(controls):
@@ -110,8 +130,8 @@ class Teaching:
                     changes.setdefault(node, {})[name] = given
             for node, values in changes.items():
                 await self._robot.change(node, values)
-            if control.begins_run or any(target.startswith('pose.') for target in control.sets):
-                await self._begin_run()
+            begins = control.begins_run or any(target.startswith('pose.') for target in control.sets)
+            return await self._begin_run() if begins else 0
 
     async def end(self, whose: object = None) -> None:
         """Undo the changes of the lesson; for a closed page, only of a lesson that it began."""
@@ -119,7 +139,7 @@ class Teaching:
             if whose is None or whose is self._whose:
                 await self._take_back()
 
-    async def _begin_run(self) -> None:
+    async def _begin_run(self) -> int:
         """Begin a new run beside the cart's start."""
         values = (await self._robot.present())['reference_cart']
         curve = CURVES.get(values.get('curve', ''))
@@ -128,8 +148,8 @@ class Teaching:
         start = reference_at(curve, 0.0, Placement(*(values[name] for name in Placement._fields))).pose
         ahead, left, turn = (self._pose[name] for name in POSE)
         cos, sin = math.cos(start.heading), math.sin(start.heading)
-        await self._robot.reset([start.x + ahead * cos - left * sin, start.y + ahead * sin + left * cos,
-                                 start.heading + turn])
+        return await self._robot.reset([start.x + ahead * cos - left * sin, start.y + ahead * sin + left * cos,
+                                        start.heading + turn])
 
     async def _take_back(self) -> None:
         """Restore the values that the lesson changed, and begin a new run there."""

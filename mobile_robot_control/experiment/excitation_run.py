@@ -50,9 +50,10 @@ def excite_robot(request: ExcitationRequest, area: Area, stop: Stop) -> Excitati
         def record(topic: str, kind: str, received: int, message: bytes) -> None:
             for writer in bag:
                 writer.write(topic, kind, received, message)
+                exciter.fault = exciter.fault or writer.failure
 
         exciter = Exciter(request.namespace, topic_names(request.topic), area, shared.stamped_cmd_vel,
-                          shared.base_frame_id, record)
+                          shared.base_frame_id, shared.stamp_tolerance, record)
         keep_node(exciter)
         executor = make_executor()
         executor.add_node(exciter)
@@ -63,10 +64,12 @@ def excite_robot(request: ExcitationRequest, area: Area, stop: Stop) -> Excitati
             _drive(exciter, executor, stop, request)
         finally:
             _stop(exciter, executor, request.rate)
-        reasons = [exciter.fault or 'interrupted' * stop.requested, *(writer.failure for writer in bag)]
-    if not any(reasons) and exciter.way < _LEAST[0] and exciter.turn < _LEAST[1]:
-        reasons.append('the robot has not moved: is it switched on and released, and are the commands large enough')
-    return Excitation(exciter.way, exciter.turn, exciter.farthest, '; '.join(filter(None, reasons)))
+        fault = exciter.fault or 'interrupted' * stop.requested
+    # the end of the bag may fail, too
+    fault = fault or ''.join(writer.failure for writer in bag)
+    if not fault and exciter.way < _LEAST[0] and exciter.turn < _LEAST[1]:
+        fault = 'the robot has not moved: is it switched on and released, and are the commands large enough'
+    return Excitation(exciter.way, exciter.turn, exciter.farthest, fault)
 
 
 def _wait_for(exciter: Exciter, executor: Executor, stop: Stop) -> None:

@@ -25,7 +25,7 @@ from mobile_robot_control.system.supervisor import keep_node, leave_dds
 from mobile_robot_control.topics import LOOPS, LoopGraph
 
 _DISCOVERY = 8.0
-"""[s] of wall time, at most, until every topic is discovered; DDS repeats what was lost every 3 s."""
+"""[s] of wall time without a further topic, at most, until all are discovered; DDS repeats what was lost every 3 s."""
 _BEHIND, _SILENT = 10.0, 0.5
 """[s] of wall time: at most until every topic is recorded to the end, and without a message of the loop."""
 
@@ -59,9 +59,11 @@ def _record_bag(path: Path, namespace: str, stop: Stop, loop: LoopGraph) -> str:
         executor.add_node(recorder)
         # topics are discovered one after the other: the recording begins at one stamp for all of them
         recorder.first = NO_LIMIT
-        deadline = time.monotonic() + _DISCOVERY
+        deadline, found = time.monotonic() + _DISCOVERY, 0
         while not recorder.has_every_topic() and time.monotonic() < deadline:
             executor.spin_once(timeout_sec=0.05)
+            if len(recorder.newest) > found:
+                deadline, found = time.monotonic() + _DISCOVERY, len(recorder.newest)
         recorder.first = max(recorder.newest.values(), default=0)
         print('recording', flush=True)
         while not stop.requested and not bag.failure:

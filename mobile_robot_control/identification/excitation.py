@@ -10,6 +10,16 @@ from mobile_robot_control.quantities import BodyVelocity, Pose
 
 STOPPING = 1.0
 """[s]: stopping distance over speed, as allowed to a robot; enough for 0.5 m/s² at 0.7 m/s."""
+_CLEAR = 0.25
+"""Share of the largest velocities from which any robot moves that is to be identified."""
+_AT_REST = 0.02
+"""Share below which it stands."""
+_UNSEEN = 0.6
+"""[s] of the largest command without a change of odometry: more than a robot's dead time, less than STOPPING."""
+_EXPLAINED = 2.0
+"""Largest velocity by odometry over the largest command ..."""
+_JUMP = 0.2, 0.5
+"""... beyond which so much [m], [rad] adds up only where odometry jumps."""
 _HOMING = BodyVelocity(0.5, 0.5)
 """Shares of the largest velocities on the way back to the middle."""
 _AIMED = 0.3
@@ -85,6 +95,49 @@ class Excited(NamedTuple):
     number: int = 0
     since: float = 0.0
     is_homing: bool = False
+
+
+class Agreement(NamedTuple):
+    """
+    The agreement of odometry with the commands.
+
+    Attributes
+    ----------
+    unseen : float
+        Time since odometry has last changed [s], times the share of the largest command; 1 for a velocity by odometry.
+    unexplained : BodyVelocity
+        Way [m] and turn [rad] by odometry beyond the explanation of the commands.
+    """
+
+    unseen: float = 0.0
+    unexplained: BodyVelocity = BodyVelocity(0.0, 0.0)
+
+    def commanded(self, command: BodyVelocity, measured: BodyVelocity, dt: float, area: Area) -> 'Agreement':
+        """Return the agreement after some time [s] with a command and a velocity by odometry."""
+        share = 0.0
+        for asked, shown, largest in zip(command, measured, area.fastest, strict=True):
+            if abs(shown) > _AT_REST * largest:
+                share = 1.0
+            elif abs(asked) >= _CLEAR * largest:
+                share = max(share, abs(asked) / largest)
+        return self._replace(unseen=self.unseen + share * dt)
+
+    def moved(self, way: float, turn: float, dt: float, area: Area) -> 'Agreement':
+        """Return the agreement after a way [m] and a turn [rad] by odometry in some time [s]."""
+        unexplained = BodyVelocity(*(
+            max(0.0, before + one - _EXPLAINED * largest * dt)
+            for before, one, largest in zip(self.unexplained, (way, turn), area.fastest, strict=True)))
+        return Agreement(0.0, unexplained)
+
+    def fault(self) -> str:
+        """Describe a contradiction between odometry and commands; '' without one."""
+        if self.unseen > _UNSEEN:
+            return ('odometry does not change, though the robot should move by its commands or by its velocity: its '
+                    'driver hangs, or the robot is not switched on and released')
+        if any(one > most for one, most in zip(self.unexplained, _JUMP, strict=True)):
+            return (f'odometry moves {self.unexplained.linear:.2f} m and {self.unexplained.angular:.2f} rad farther '
+                    f'than {_EXPLAINED:g} times the largest commands explain: it jumps, or is of something else')
+        return ''
 
 
 def _times(share: float, velocity: BodyVelocity) -> BodyVelocity:

@@ -96,6 +96,18 @@ def serialised_stamp(message: bytes) -> int:
     return int(seconds) * NANOSECONDS + int(rest)
 
 
+def has_no_poses(message: bytes) -> bool:
+    """Return whether a serialised nav_msgs/Path ends after its header and a count of 0; False for an unreadable one."""
+    try:
+        order = '<' if message[1] & 1 else '>'
+        frame, = struct.unpack_from(f'{order}I', message, 12)
+        # the count is aligned to four bytes
+        count, = struct.unpack_from(f'{order}I', message, 16 + -(-frame // 4) * 4)
+    except (struct.error, IndexError):
+        return False
+    return bool(count == 0)
+
+
 def check_numbers(name: str, *values: float) -> None:
     """Raise RefusedMessageError if a value is not finite or beyond LARGEST."""
     for value in values:

@@ -310,6 +310,7 @@ class Pool:
 
 
 def _begin_worker(sources: Sequence[PluginSource]) -> None:
-    """Prepare a process: ignore Ctrl-C, and load the files of laws and curves that its parent has loaded."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Prepare a process: leave Ctrl-C and a closed terminal to its parent, and load its files of laws and curves."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
     load_sources(sources)

@@ -22,8 +22,8 @@ _MONOTONIC, _IN_A_THREAD = 1, 2  # CLOCK_MONOTONIC, SIGEV_THREAD
 _KEPT: list[Any] = []
 _GRACE = 20.0
 """[s] for an experiment to end after a signal or by itself, nodes included."""
-# the last are SIGINT and SIGTERM, as in Python's wakeup fd
-_MESSAGE = re.compile(rb'node (\d+)\n|(done)\n|([\x02\x0f])')
+# the last are SIGHUP, SIGINT and SIGTERM, as in Python's wakeup fd
+_MESSAGE = re.compile(rb'node (\d+)\n|(done)\n|([\x01\x02\x0f])')
 
 
 class Supervisor:
@@ -35,7 +35,7 @@ class Supervisor:
     seconds : float
         Wall time without a call of `note_progress` after which this process and its nodes are killed.
     grace : float
-        Wall time that this process has to end, or to note progress, after SIGINT or SIGTERM [s].
+        Wall time that this process has to end, or to note progress, after a signal to end [s].
     name : str
         Of the command, at the start of its error text.
 

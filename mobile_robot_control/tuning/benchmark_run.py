@@ -130,7 +130,8 @@ _shared: list[Any] = []
 
 def _begin(*shared: Any) -> None:
     """Prepare a worker, which ends with its parent, even if that is killed: another one may go on with its journals."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _shared[:] = shared
     threading.Thread(target=_end_with_parent, daemon=True).start()

@@ -6,8 +6,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
-  // Wall time for an answer, and until a lost connection is made again [ms]; the server gives up a node before that.
-  const PATIENCE = 20000, AGAIN = 1000;
+  // Wall time for an answer, and until a lost connection is made again [ms]; the server gives up a node before that. A
+  // lesson and a recording start processes.
+  const PATIENCE = 20000, OF_A_START = 90000, AGAIN = 1000;
   /** @type {Record<string, ((value: any) => void)[]>} */
   const listeners = {};
   /** @type {Map<number, (answer: Answer) => void>} */
@@ -31,7 +32,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         waiting.set(mine, resolve);
         // an answer that was lost with the connection never comes
         setTimeout(() => live.answer([mine, false, 'the server of this page gave no answer; load the page again']),
-          PATIENCE);
+          ['lesson', 'move', 'record'].includes(request.do) ? OF_A_START : PATIENCE);
         live.send({...request, number: mine});
       });
     },

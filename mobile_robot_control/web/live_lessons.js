@@ -22,21 +22,29 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 
   mrc.makeLessons = function (live, panel, button, charts) {
     let lessons = [], running = null, rows = [], read = null, nodes = {}, plan = null, unplanned = '', surface = null;
-    let refused = NaN, accepted = NaN, began = NaN, compared = {}, state = '', choices = [], asked = Promise.resolve();
+    let refused = NaN, accepted = NaN, state = '', choices = [], asked = Promise.resolve();
+    // whether the lesson has begun, the number of its newest run, how many controls are on their way, and what the choices of a comparison have given
+    let begun = false, first = 0, moving = 0, compared = {};
+    /** @type {RunValues} */
+    let ran = {number: NaN, since: 0, pose: null, values: {}, motion: {}};
 
     const now = (name) => rows.length ? read(name)(rows[rows.length - 1]) : NaN;
     const value = (target) => {
       const at = target.indexOf('.');
       return (nodes[target.slice(0, at)] || {})[target.slice(at + 1)];
     };
+    // Whether the parameters of the newest row's run are known, which come a moment after it.
+    const isKnown = () => now('run') >= first && now('run') === ran.number;
     const shown = (number, unit) => mrc.number(number, unit, 3);
 
-    // Return the rows that a measure looks at: of the newest run, in a span of its time; null where it is too short.
+    // Return the rows that a measure looks at: of the newest run, in a span of its time; null where it is too short, or
+    // the run has not had its parameters for so long.
     function within(over) {
       const time = read('time'), newest = now('time');
       const span = over === 'lap' ? value('reference_cart.period') : over;
       const [from, to] = Array.isArray(span) ? span : [newest - span, newest];
-      if (!rows.length || newest < to || time(rows[0]) > from + 0.5 || (!Array.isArray(span) && newest < span)) return null;
+      if (!rows.length || newest < to || time(rows[0]) > from + 0.5 || (!Array.isArray(span) && newest < span)
+          || ran.since > Math.max(0, from)) return null;
       return rows.filter((row) => time(row) >= from && time(row) <= to);
     }
 
@@ -56,7 +64,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     // Return why nothing can be measured yet, in words; '' where it can.
     function lacking(answer) {
       for (const [target, wanted] of Object.entries(answer.with || {})) {
-        if (value(target) !== wanted) return `First set ${target} to ${wanted}.`;
+        if (ran.values[target] !== wanted) return `First set ${target} to ${wanted}.`;
       }
       if (Number.isFinite(measured(answer))) return '';
       if (answer.measure === 'accepted') {
@@ -64,7 +72,10 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
           || 'Look for the last one that it takes.'}`;
       }
       const span = answer.over === 'lap' ? 'a lap' : Array.isArray(answer.over) ? `to t = ${answer.over[1]} s` : `for ${answer.over} s`;
-      return `Let it drive ${span}; it is at t = ${shown(now('time'), 's')}.`;
+      if (ran.since > 0 && Array.isArray(answer.over)) {
+        return `Reset: this run has its parameters only since t = ${shown(ran.since, 's')}.`;
+      }
+      return `Let it drive ${span}${ran.since > 0 ? ` after the change at t = ${shown(ran.since, 's')}` : ''}; it is at t = ${shown(now('time'), 's')}.`;
     }
 
     const KINDS = {
@@ -79,7 +90,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         return [Math.abs(given - found) <= off, `Measured: ${shown(found, answer.unit)}.`];
       },
       larger(answer, given) {
-        const [one, other] = answer.choices.map((name) => compared[name]);
+        const kept = answer.choices.map((name) => compared[name] || {}), [one, other] = kept.map(({found}) => found);
+        if (one >= 0 && other >= 0 && kept[0].conditions !== kept[1].conditions) return [null, 'Start both from the same place.'];
         if (!(one >= 0 && other >= 0)) return [null, `Try both, each ${lacking(answer).replace(/;.*/, '').toLowerCase() || 'from the same place'}.`];
         return [(one > other) === (given === answer.choices[0]),
           `Measured: ${answer.choices[0]} ${shown(one, answer.unit)}, ${answer.choices[1]} ${shown(other, answer.unit)}.`];
@@ -96,11 +108,17 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       },
     };
 
-    // Keep what each choice of the first control has given, for comparisons in equal conditions.
+    // Keep what each choice of the first control has given, and in which conditions: the choice that the run has had.
     function compare() {
-      if (!running || running.answer.kind !== 'larger' || now('run') === began) return;
-      const found = measured(running.answer);
-      if (Number.isFinite(found)) compared[choices[0]()] = found;
+      if (!running || running.answer.kind !== 'larger' || moving || !isKnown()) return;
+      const {answer, controls} = running, {over} = answer, {[controls[0].sets[0]]: choice = choices[0](), ...others} = ran.motion;
+      // changed after the span: what was measured before holds
+      if (Array.isArray(over) && ran.since > over[1]) return;
+      for (const [name, {run}] of Object.entries(compared)) if (Array.isArray(over) && run === ran.number) delete compared[name];
+      const found = measured(answer);
+      if (Number.isFinite(found)) {
+        compared[String(choice)] = {found, run: ran.number, conditions: JSON.stringify([ran.pose, others])};
+      }
     }
 
     async function showPlan() {
@@ -140,11 +158,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         const given = choices[n]();
         if (control.sets[0] === 'picture') { surface.choose(given); return; }
         if (control.sets[0].startsWith('plan.')) { const {good, text} = await showPlan(); verdict(null, good ? '' : text); return; }
-        // where the conditions of a comparison change, it begins anew
-        if (n > 0) compared = {};
-        began = now('run');
         const {good, text} = await live.ask({do: 'move', control: n, value: given});
         if (good) {
+          first = Math.max(first, Number(text));
           if (!(accepted > given)) accepted = Number(given);
           // it was no refusal: the node did not answer in time
           if (refused <= accepted) refused = NaN;
@@ -157,7 +173,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         show();
         if (queued) return;
         queued = true;
-        asked = asked.then(() => { queued = false; return act(); });
+        moving += 1;
+        asked = asked.then(() => { queued = false; return act(); }).finally(() => { moving -= 1; });
       });
       made.append(written, field);
       return made;
@@ -215,6 +232,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       form.addEventListener('submit', async (event) => {
         event.preventDefault();
         await asked;
+        for (let looks = 0; !isKnown() && looks < 30; looks += 1) await new Promise((resolve) => setTimeout(resolve, 100));
+        if (running !== lesson) return;
+        if (!isKnown()) { verdict(null, 'The new run has not come yet: check again.'); return; }
         const given = answer.kind === 'number' ? mrc.readAnswer(field.value, answer.unit) : field ? field.value : '';
         if (answer.kind === 'number' && Number.isNaN(given)) {
           verdict(false, `Write a number${answer.unit ? `, such as 0.5 ${answer.unit}` : ''}.`);
@@ -227,6 +247,12 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       return verdict;
     }
 
+    // Enable what moves the robot or checks an answer, or disable it.
+    function enable(on) {
+      panel.querySelectorAll('.controls :is(input, select), form :is(input, select), form button:not([type])').forEach(
+        (/** @type {any} */ one) => { one.disabled = !on; });
+    }
+
     // Begin a lesson by its name; the server takes back what the one before has changed.
     async function begin(name) {
       const lesson = lessons.find((one) => one.name === name);
@@ -236,14 +262,18 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       mrc.fold(true);
       panel.hidden = false;
       const verdict = show(lesson);
+      enable(false);
+      verdict(null, 'The lesson begins …');
       charts.only(lesson.chart || 'none', lesson.show);
       panel.querySelector('select').focus();
-      state = '';
-      began = now('run');
       const {good, text} = await live.ask({do: 'lesson', name});
       // it was closed meanwhile, or another one was begun
       if (running !== lesson) return;
-      if (!good) verdict(false, text);
+      if (good) {
+        [begun, state, first] = [true, '', Number(text)];
+        enable(true);
+      }
+      verdict(null, good ? '' : `${text}. The lesson has not begun: close it and begin it again.`);
       if (good && lesson.plan) {
         const shown = await showPlan();
         if (!shown.good) verdict(null, shown.text);
@@ -255,8 +285,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     function leave() {
       if (running && running.plan) mrc.stage.draw(null);
       running = surface = plan = null;
-      refused = accepted = began = NaN;
-      compared = {};
+      refused = accepted = NaN;
+      [begun, first, compared] = [false, 0, {}];
     }
 
     async function end(tell) {
@@ -282,10 +312,10 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       else if (again) begin(again.name);
     });
     live.on('columns', () => { read = live.column; });
-    live.on('state', ({lesson}) => {
-      // another page has begun another one, or has ended this one
-      if (running && state === running.name && lesson !== state) end(false);
-      state = lesson;
+    live.on('state', ({lesson, run}) => {
+      // another page has begun another one, or has ended this one; while it begins, the one before is ended
+      if (begun && state === running.name && lesson !== state) end(false);
+      [state, ran] = [lesson, run];
     });
     live.on('parameters', (parameters) => {
       const gains = (all) => JSON.stringify(['a', 'b', 'c', 'd'].map((name) => (all.position_controller || {})[`fuzzy.${name}`]));

@@ -87,10 +87,14 @@ type Parameters_ = {
   path: Path | null,
 };
 type Recording = {state: 'recording' | 'writing' | 'failed' | 'done', name: string, text?: string};
+// The parameters of a lesson that a run has had since a time [s] of it, and those that count for its motion; its start.
+type RunValues = {
+  number: number, since: number, pose: number[] | null, values: Record<string, any>, motion: Record<string, any>,
+};
 type State = {
   nodes: {name: string, role: string, text: string, good: boolean, reasons: Record<string, number>}[],
   refused: number, unreadable: Record<string, number>, events: {stamp: number, text: string}[],
-  ended: Record<string, string>, lesson: string, changed_laws: string[], name: string,
+  ended: Record<string, string>, lesson: string, run: RunValues, changed_laws: string[], name: string,
   recordings: Recording[], columns: string[], failure: string,
 };
 type Topic = {name: string, type: string, rate: number, last: string};

@@ -1,9 +1,17 @@
 """The command `excite` on a base that is not of this package."""
 
+import fcntl
+import math
+import os
+import pty
+import resource
 import signal
 import subprocess
 import sys
+import termios
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import stand_in_base
@@ -26,9 +34,9 @@ def base(robot):
     process.wait()
 
 
-def start(*arguments):
+def start(*arguments, **options):
     return subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.excite', *arguments],
-                            stderr=subprocess.PIPE, text=True)
+                            **{'stderr': subprocess.PIPE, 'text': True, **options})
 
 
 def test_ctrl_c_ends_it_in_a_stop_and_the_bag_can_be_read(robot, base, tmp_path, capsys):
@@ -58,3 +66,76 @@ def test_ctrl_c_ends_it_in_a_stop_and_the_bag_can_be_read(robot, base, tmp_path,
     robot.spin_until(lambda: third.poll() is not None)
     assert third.returncode in (1, 2)
     assert '/recorder' in third.stderr.read()
+
+
+class Driven(stand_in_base.Base):
+    """A base whose odometry shows a fault once it has driven a little, or from the beginning."""
+
+    def __init__(self, name, at_once=False):
+        super().__init__(plain=False, namespace=name)
+        self.at_once, self.kept = at_once, None
+        publish = self.odom.publish
+        self.odom = SimpleNamespace(publish=lambda message: publish(self.distort(message)))
+
+    def has_driven(self):
+        return self.at_once or math.dist((self.x, self.y), (1.0, 0.0)) > 0.05
+
+    def distort(self, message):
+        if not self.has_driven():
+            self.kept = message
+        elif self.fault == 'stamp':
+            return self.kept
+        elif self.fault == 'numbers':
+            message.pose, message.twist = self.kept.pose, self.kept.twist
+        elif self.fault == 'old':
+            message.header.stamp.sec -= 3
+        return message
+
+    @property
+    def fault(self):
+        return self.get_namespace().strip('/').partition('_')[0]
+
+
+def _small_disk():
+    resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+
+
+def _terminal(slave):
+    os.setsid()
+    fcntl.ioctl(slave, termios.TIOCSCTTY, 0)
+
+
+def test_odometry_that_cannot_be_right_a_closed_terminal_and_a_full_disk_stop_the_robot(robot, tmp_path):
+    faults = {'stamp': 'has been silent for 0.5 s, since it is refused: stamp does not advance',
+              'numbers': 'odometry does not change, though', 'old_later': 'it is refused: stamp too old (by 3.0',
+              'second': '/second/odom has several publishers: /recorder and /second/base; stop all',
+              'disk': 'disk.mcap: File too large', 'terminal': ''}
+    bases = {name: Driven(name) for name in faults}
+    bases['old'] = Driven('old', at_once=True)
+    for base in bases.values():
+        robot.add(base)
+    master, slave = pty.openpty()
+    options = {'terminal': {'stderr': slave, 'preexec_fn': partial(_terminal, slave)},
+               'disk': {'preexec_fn': _small_disk}}
+    commands = {name: start(*BOX, '--namespace', f'/{name}', '--duration', '30', *(
+        ['--bag', str(tmp_path / name)] * (name == 'disk')), **options.get(name, {})) for name in bases}
+    os.close(slave)
+    try:
+        robot.spin_until(lambda: all(bases[name].has_driven() for name in faults))
+        robot.recorder.create_publisher(Odometry, '/second/odom', 1)
+        # the kernel sends SIGHUP, and what is printed there from now on raises
+        os.close(master)
+        commands['old'].send_signal(signal.SIGINT)
+        robot.spin_until(lambda: all(command.poll() is not None for command in commands.values()))
+    finally:
+        for command in commands.values():
+            command.kill()
+    told = {name: command.stderr.read() for name, command in commands.items() if name != 'terminal'}
+    assert {name: command.returncode for name, command in commands.items()} == {**dict.fromkeys(faults, 1), 'old': 2}
+    assert 'odometry on /old/odom is refused: stamp too old (by 3.0' in told['old']
+    for name, words in faults.items():
+        assert words in told.get(name, ''), told[name]
+    robot.spin_until(lambda: all(abs(base.v) + abs(base.omega) < 1e-3 for base in bases.values()))
+    for name, base in bases.items():
+        assert (base.command.linear.x, base.command.angular.z) == (0.0, 0.0), name
+        assert max(abs(base.x - 1.0), abs(base.y)) < 1.5, name

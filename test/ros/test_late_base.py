@@ -121,9 +121,17 @@ def test_with_a_clock_from_outside_time_goes_stands_and_begins_anew_and_a_stop_s
     driven.follows()
 
     def at_full_speed():
-        """Return what the cart told after the second in which it speeds up."""
-        moving = [message for message in driven.cart if message.twist.twist.linear.x > 0.0]
-        return [message for message in moving if by_time([message])[0, 0] > by_time(moving[:1])[0, 0] + 1.0]
+        """Return what the cart told after each second in which it speeds up: at first, and after a wait."""
+        told, slow, before = [], -math.inf, -math.inf
+        for message in driven.cart:
+            now = _seconds(message)
+            # on a busy machine a node that was delayed lets its cart stand meanwhile
+            if message.twist.twist.linear.x == 0.0 or now - before > 0.4:
+                slow = now
+            before = now
+            if now > slow + 1.0:
+                told.append(message)
+        return told
 
     def near():
         """Return which are near the next one: over one that this listener missed, the way is no straight line."""

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM at any moment of nodes and experiments: exit code 0, complete bags, no traceback."""
+"""SIGINT, SIGTERM and SIGHUP at any moment of nodes and experiments: exit code 0, complete bags, no traceback."""
 
 import json
 import random
@@ -15,7 +15,7 @@ from processes import catches_sigterm, processes_of, threads_of, wait_until
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.runs import bag
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Moment(NamedTuple):
@@ -28,7 +28,7 @@ class Moment(NamedTuple):
 
 def _moments(targets, longest, count, seed):
     draw = random.Random(seed)  # noqa: S311 (moments, no secrets)
-    return [Moment(targets[k % len(targets)], draw.uniform(0.0, longest), SIGNALS[k % 2]) for k in range(count)]
+    return [Moment(targets[k % len(targets)], draw.uniform(0.0, longest), SIGNALS[k % 3]) for k in range(count)]
 
 
 def _signal_a_node(folder, moment):
@@ -92,14 +92,14 @@ def _signal(folder, moment):
 # start-up, discovery, paused, running, end
 CHOSEN = [
     Moment('plant', 0.0, signal.SIGINT),
-    Moment('plant', 0.1, signal.SIGTERM),
+    Moment('plant', 0.1, signal.SIGHUP),
     Moment('plant', 0.2, signal.SIGTERM),
-    Moment('reference_cart', 0.35, signal.SIGTERM),
+    Moment('reference_cart', 0.35, signal.SIGHUP),
     Moment('position_controller', 0.7, signal.SIGINT),
-    Moment('velocity_controller', 1.2, signal.SIGTERM),
+    Moment('velocity_controller', 1.2, signal.SIGHUP),
     Moment('experiment', 0.0, signal.SIGTERM),
     Moment('experiment', 1.4, signal.SIGINT),
-    Moment('experiment', 2.6, signal.SIGTERM),
+    Moment('experiment', 2.6, signal.SIGHUP),
     Moment('experiment', 3.6, signal.SIGINT),
 ]
 
@@ -123,7 +123,8 @@ def test_signals_at_fifty_random_moments_leave_nothing_behind(domain, tmp_path):
         _signal(tmp_path / f'run{number}', moment)
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.soak)])
+@pytest.mark.parametrize('number', [signal.SIGINT, *(
+    pytest.param(number, marks=pytest.mark.soak) for number in (signal.SIGTERM, signal.SIGHUP))])
 def test_running_nodes_end_with_exit_code_0_and_print_nothing(robot, number):
     robot.start(arguments=['-p', 'peer_timeout:=60.0'])
     robot.spin_until(lambda: robot.time() > 0.5)

@@ -8,7 +8,8 @@ import pytest
 @pytest.fixture(autouse=True)
 def signal_handlers():
     """Restore the handlers of signals that the parser of `experiment` installs for the rest of a process."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)}
+    before = {number: signal.getsignal(number) for number in (
+        signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1)}
     yield
     for number, handler in before.items():
         signal.signal(number, handler)

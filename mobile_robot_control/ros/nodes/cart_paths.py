@@ -1,16 +1,20 @@
 """The input `path` of the reference cart: the start of each path."""
 
-import math
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from typing import TYPE_CHECKING, NamedTuple
 
-from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
+from mobile_robot_control.messages.parsing import RefusedMessageError, has_no_poses, serialised_stamp
+from mobile_robot_control.ros.clocks.cart_time import LockstepTime
 from mobile_robot_control.ros.nodes.cart_course import CartCourse
 from mobile_robot_control.stamps import NANOSECONDS
+from mobile_robot_control.topics import PATH_TOPIC
 
 if TYPE_CHECKING:
+    from rclpy.node import Node
+
+    from mobile_robot_control.ros.inputs.input_validation import InputValidator
     from mobile_robot_control.ros.services.path_planning import PathAnswer
     from mobile_robot_control.ros.services.planning_process import PlanningProcess
 
@@ -20,6 +24,8 @@ _MOST = 100
 """Most paths that wait for their ticks."""
 _SOON, _LEAD = 0.2, 0.5
 """[s] from now to the start of a path, time to plan it: at least, and at first."""
+_TOLD_EVERY = 10.0
+"""[s] between two words about paths that were overtaken."""
 
 
 class Due(NamedTuple):
@@ -95,26 +101,42 @@ class LockstepPaths:
         """End the planning."""
 
 
+class _Asked(NamedTuple):
+    """A message in planning: the start of its path along the course [ns], the steady time of the question [s]."""
+
+    message: bytes
+    begins: int
+    since: float
+    future: 'Future[PathAnswer]'
+
+
 class WallClockPaths(LockstepPaths):
     """
     Plans the newest path in its own process while the cart drives on; the path starts a little later.
+
+    A planned path starts before the next one is planned, so that the cart also follows a planner that publishes faster
+    than the process plans.
 
     Parameters
     ----------
     course : CartCourse
         Of the cart.
-    now : callable
-        Returns the time along the course [s].
+    clock : LockstepTime
+        Time along the course, and whether the cart waits.
+    node : Node
+        For the log.
+    validator : InputValidator
+        Counts paths that were overtaken.
 
     """
 
-    def __init__(self, course: CartCourse, now: Callable[[], float]) -> None:
-        self._course, self._now = course, now
+    def __init__(self, course: CartCourse, clock: LockstepTime, node: 'Node', validator: 'InputValidator') -> None:
+        self._course, self._clock, self._node, self._validator = course, clock, node, validator
         self._process: PlanningProcess | None = None
         self._newest = b''
-        self._asked: tuple[bytes, int, float, Future[PathAnswer]] | None = None
+        self._asked: _Asked | None = None
         self._ready: Due | None = None
-        self._lead, self._before = _LEAD, math.nan
+        self._lead = _LEAD
 
     def prepare(self) -> None:
         """Start the planning process."""
@@ -129,43 +151,61 @@ class WallClockPaths(LockstepPaths):
 
     def receive(self, message: bytes) -> None:
         """Receive a message in place of earlier ones; its stamp is not used."""
+        if self._newest:
+            self._note_overtaken()
         self._newest = message
+
+    def _note_overtaken(self) -> None:
+        self._validator.note_refusal(PATH_TOPIC, RefusedMessageError(
+            'overtaken', f'a newer path came before it could act; the cart follows one every {self._lead:.1f} s: '
+            'publish fewer, or shorter ones'), every=_TOLD_EVERY)
 
     def begin(self) -> None:
         """Forget a path planned for the previous course."""
         self._ready = None
         if self._asked is not None:
-            self._newest = self._newest or self._asked[0]
+            self._newest = self._newest or self._asked.message
             self._asked = None
 
     def due(self, _stamp: int) -> Due | None:
         """Return a path that starts now or has been refused; plan the newest one."""
-        now = round(self._now() * NANOSECONDS)
-        moves, self._before = now != self._before, now
-        if self._asked is not None and self._asked[3].done():
-            self._take_answer(now)
-        if self._asked is None and self._newest:
-            begins = now + round(self._lead * NANOSECONDS) if moves and not self._course.has_ended(now) else now
-            self._asked = self._newest, begins, time.monotonic(), self._started().ask(
-                self._course.question(self._newest, begins))
-            self._newest, self._ready = b'', None
+        now, waits = round(self._clock.now() * NANOSECONDS), self._clock.condition() is not None
+        if self._asked is not None:
+            self._look_after(self._asked, now)
+        # a waiting cart may never reach the start of the planned path, and a stop cannot wait for it
+        if self._ready is not None and self._newest and (waits or has_no_poses(self._newest)):
+            self._note_overtaken()
+            self._ready = None
+        if self._asked is None and self._ready is None and self._newest:
+            begins = now if waits or self._course.has_ended(now) else now + round(self._lead * NANOSECONDS)
+            self._asked = _Asked(self._newest, begins, time.monotonic(), self._started().ask(
+                self._course.question(self._newest, begins)))
+            self._newest = b''
         if self._ready is None or (self._ready.begins > now and not self._ready.answer.refusal):
             return None
         due, self._ready = self._ready, None
         return due
 
-    def _take_answer(self, now: int) -> None:
-        """Receive the answer of the process; a path too late for its start is planned again, for a later time."""
-        assert self._asked is not None  # noqa: S101 (for mypy)
-        (message, begins, asked, future), self._asked = self._asked, None
-        took = time.monotonic() - asked
-        self._lead = max(_SOON, 2.0 * took)
-        if self._newest:
-            return
-        if begins < now and not self._course.has_ended(begins):
-            self._newest = message
+    def _look_after(self, asked: _Asked, now: int) -> None:
+        """Receive the answer of the process, if it is there; replace a suspended process."""
+        if asked.future.done():
+            self._asked = None
+            self._lead = max(_SOON, 2.0 * (time.monotonic() - asked.since))
+            self._take_answer(asked, now)
+        elif self._started().kill_suspended():
+            self._node.get_logger().warning('the process that plans paths was suspended: another one takes its place')
+            # the lead is for the time that planning takes
+            self._asked = asked._replace(since=time.monotonic())
+
+    def _take_answer(self, asked: _Asked, now: int) -> None:
+        """Keep a planned path until its start; one too late for it is planned again, for a later time."""
+        has_ended = self._course.has_ended(asked.begins)
+        if asked.begins >= now or has_ended:
+            self._ready = Due(asked.future.result(), max(asked.begins, now) if has_ended else asked.begins)
+        elif self._newest:
+            self._note_overtaken()
         else:
-            self._ready = Due(future.result(), max(begins, now) if self._course.has_ended(begins) else begins)
+            self._newest = asked.message
 
     def close(self) -> None:
         """End the planning process."""

@@ -12,13 +12,19 @@ from typing import Any
 from rclpy.node import Node
 
 from mobile_robot_control.control.tracking_error import tracking_error
-from mobile_robot_control.identification.excitation import Area, Excited, excite
+from mobile_robot_control.identification.excitation import Agreement, Area, Excited, excite
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.cdr import deserialise
-from mobile_robot_control.messages.parsing import RefusedMessageError, read_odometry, read_or_refuse
+from mobile_robot_control.messages.parsing import (
+    RefusedMessageError,
+    read_odometry,
+    read_or_refuse,
+    serialised_stamp,
+)
 from mobile_robot_control.quantities import BodyVelocity, Pose
 from mobile_robot_control.recording.columns import GROUND_TRUTH
 from mobile_robot_control.ros.inputs.command_input import PLAIN
+from mobile_robot_control.ros.inputs.stamp_policy import StampDecision, WallClockStampPolicy
 from mobile_robot_control.ros.services.publisher_watch import publisher_names
 from mobile_robot_control.ros.services.qos import SENSORS, publish_on, subscribe_to
 from mobile_robot_control.topics import LOOP_TOPICS
@@ -47,6 +53,8 @@ class Exciter(Node):
         Whether commands are stamped, if the robot takes both kinds.
     frame : str
         Of the commands.
+    tolerance : float
+        Largest difference between now and a stamp of odometry [s].
     sink : callable
         Takes topic, type, wall time of receipt [ns] and CDR.
 
@@ -62,7 +70,7 @@ class Exciter(Node):
 
     def __init__(
         self, namespace: str, topics: Mapping[str, str], area: Area, stamped: bool, frame: str,
-        sink: Callable[[str, str, int, bytes], object],
+        tolerance: float, sink: Callable[[str, str, int, bytes], object],
     ) -> None:
         super().__init__('exciter', namespace=namespace, enable_rosout=False)
         self._area, self._stamped, self._frame, self._sink = area, stamped, frame, sink
@@ -72,7 +80,10 @@ class Exciter(Node):
         self._kind = ''
         self._start: Pose | None = None
         self._pose, self._velocity, self._heard = Pose(0.0, 0.0, 0.0), BodyVelocity(0.0, 0.0), -math.inf
-        self._state, self._began = Excited(), 0.0
+        self._state, self._agreement, self._began = Excited(), Agreement(), 0.0
+        self._told, self._told_at = BodyVelocity(0.0, 0.0), 0.0
+        self._policy = WallClockStampPolicy(self.get_clock(), tolerance)
+        self._stamp, self._refusal = -1, ''
         self.fault = ''
         self.way = self.turn = self.farthest = 0.0
         self._read = (partial(deserialise, _ODOMETRY), read_odometry)
@@ -84,7 +95,10 @@ class Exciter(Node):
     def missing(self) -> str:
         """Describe what is missing of a robot; '' if nothing is."""
         if self._start is None:
-            return f'no odometry comes on {self._odom}; name it with --topic odom:=/NAME'
+            return (f'odometry on {self._odom} is refused: {self._refusal}' if self._refusal else
+                    f'no odometry comes on {self._odom}; name it with --topic odom:=/NAME')
+        if self._sources():
+            return self._sources()
         topic = self.resolve_topic_name(self._command)
         kinds = {info.topic_type for info in self.get_subscriptions_info_by_topic(topic)}
         known = [kind for kind in (_STAMPED, PLAIN) if kind in kinds]
@@ -93,6 +107,13 @@ class Exciter(Node):
                     '--topic cmd_vel:=/NAME')
         self._kind = known[0] if len(known) == 1 else _STAMPED if self._stamped else PLAIN
         return ''
+
+    def _sources(self) -> str:
+        """Describe several publishers of odometry; '' for one."""
+        if self.count_publishers(self._odom) < 2:
+            return ''
+        return (f'{self._odom} has several publishers: {publisher_names(self, self._odom)}; stop all but one, or name '
+                'another topic with --topic odom:=/NAME')
 
     def others(self) -> str:
         """Return the names of other nodes that command the robot."""
@@ -107,7 +128,7 @@ class Exciter(Node):
         """Begin at the robot's present pose; its odometry must have arrived."""
         self.publisher = publish_on(self, self._command, self._kind)
         self._write = writing.twist_writer(self._frame, self._kind == _STAMPED)
-        self._began = time.monotonic()
+        self._began = self._told_at = time.monotonic()
         self._start = self._pose
 
     def step(self) -> None:
@@ -115,9 +136,15 @@ class Exciter(Node):
         assert self._start is not None  # noqa: S101 (for mypy: it has begun)
         now = time.monotonic()
         seen = Pose(*tracking_error(self._pose, self._start))
+        self._agreement = self._agreement.commanded(self._told, self._velocity, now - self._told_at, self._area)
         others = self.others()
         if now - self._heard > _SILENT:
-            self.fault = f'{self._odom} has been silent for {now - self._heard:.1f} s'
+            self.fault = (f'{self._odom} has been silent for {now - self._heard:.1f} s'
+                          + (f', since it is refused: {self._refusal}' if self._refusal else ''))
+        elif self._sources():
+            self.fault = self._sources()
+        elif self._agreement.fault():
+            self.fault = self._agreement.fault()
         elif others:
             self.fault = f'others command the robot: {others}; stop them'
         elif not self._area.holds(seen.x, seen.y):
@@ -126,6 +153,7 @@ class Exciter(Node):
         else:
             self._state, command = excite(self._state, now - self._began, seen, self._velocity, self._area)
             self._publish(command)
+            self._told, self._told_at = command, now
 
     def stop(self) -> None:
         """Publish a zero command."""
@@ -147,14 +175,25 @@ class Exciter(Node):
         if topic != self._odom:
             return
         try:
+            stamp = serialised_stamp(message)
+            if stamp == self._stamp:
+                raise RefusedMessageError('stamp does not advance', f'{stamp / 1e9} s again: does its driver hang?')
+            if self._policy.decide(stamp) is StampDecision.REFUSED:
+                raise self._policy.refusal(stamp)
+            if stamp < self._stamp:
+                raise RefusedMessageError('stamp goes back', f'{stamp / 1e9} s after {self._stamp / 1e9} s')
             pose, velocity = read_or_refuse(_ODOMETRY, self._read, message)
         except RefusedMessageError as error:
+            self._refusal = str(error)
             self.get_logger().warning(f'odometry is not used: {error}', throttle_duration_sec=5.0)
             return
-        if self.publisher is not None and self._start is not None:
-            self.way += math.hypot(pose.x - self._pose.x, pose.y - self._pose.y)
-            self.turn += abs(math.remainder(pose.heading - self._pose.heading, 2.0 * math.pi))
+        if self.publisher is not None and self._start is not None and (pose, velocity) != (self._pose, self._velocity):
+            way = math.hypot(pose.x - self._pose.x, pose.y - self._pose.y)
+            turn = abs(math.remainder(pose.heading - self._pose.heading, 2.0 * math.pi))
             seen = tracking_error(pose, self._start)
+            self.way, self.turn = self.way + way, self.turn + turn
             self.farthest = max(self.farthest, abs(seen.longitudinal), abs(seen.lateral))
+            self._agreement = self._agreement.moved(way, turn, (stamp - self._stamp) / 1e9, self._area)
         self._pose, self._velocity, self._heard = pose, velocity, time.monotonic()
+        self._stamp, self._refusal = stamp, ''
         self._start = self._start or pose

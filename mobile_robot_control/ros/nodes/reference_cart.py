@@ -48,7 +48,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
                       ['reference_horizon', 'reference'] if horizon else ['reference'], shared.position_rate)
         self._paths: LockstepPaths = (
             LockstepPaths(self._course, self._position_period, self._reached) if shared.lockstep
-            else WallClockPaths(self._course, self._time.now))
+            else WallClockPaths(self._course, self._time, self, self._validator))
         if self.parameters.curve.curve == PATH:
             self._paths.prepare()
         subscribe_to_paths(self, self._receive_path)

@@ -3,9 +3,14 @@
 import pickle
 import subprocess
 import sys
+import time
 from concurrent.futures import Future, ThreadPoolExecutor
 
 from mobile_robot_control.ros.services.path_planning import PathAnswer, PathQuestion, answer
+from mobile_robot_control.system.supervisor import is_suspended
+
+_PATIENCE = 3.0
+"""[s] for which a suspended process may keep a question."""
 
 
 class PlanningProcess:
@@ -14,6 +19,7 @@ class PlanningProcess:
     def __init__(self) -> None:
         self._thread = ThreadPoolExecutor(1)
         self._closed = False
+        self._ran = time.monotonic()
         self._start()
 
     def _start(self) -> None:
@@ -23,6 +29,7 @@ class PlanningProcess:
 
     def ask(self, question: PathQuestion) -> 'Future[PathAnswer]':
         """Begin to plan."""
+        self._ran = time.monotonic()
         return self._thread.submit(self._exchange, question)
 
     def _exchange(self, question: PathQuestion) -> PathAnswer:
@@ -43,6 +50,17 @@ class PlanningProcess:
             except (OSError, EOFError, pickle.UnpicklingError):
                 continue
         return PathAnswer(None, [], ('not planned', 'the process that plans has ended twice; is there enough memory?'))
+
+    def kill_suspended(self) -> bool:
+        """Kill a process that has been suspended for some seconds: another one answers its question; return whether."""
+        now = time.monotonic()
+        if not is_suspended(self._process.pid):
+            self._ran = now
+        if now - self._ran < _PATIENCE:
+            return False
+        self._ran = now
+        self._process.kill()
+        return True
 
     def close(self) -> None:
         """End the process."""

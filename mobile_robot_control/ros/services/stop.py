@@ -7,15 +7,17 @@ import sys
 import threading
 from types import FrameType
 
+from mobile_robot_control.system.interrupt import ending_signals
+
 
 def _ignore_signals() -> None:
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in ending_signals():
         signal.signal(number, signal.SIG_IGN)
 
 
 class Stop:
     """
-    A request to end, made by SIGINT or SIGTERM.
+    A request to end, made by SIGINT, SIGTERM or SIGHUP.
 
     Attributes
     ----------
@@ -28,7 +30,7 @@ class Stop:
 
     def __init__(self) -> None:
         self.requested = self.read_again = False
-        for number in (signal.SIGINT, signal.SIGTERM):
+        for number in ending_signals():
             signal.signal(number, self._request)
         signal.signal(signal.SIGUSR1, self._request_reading)
         # at its end Python restores the defaults: a late signal would kill the process

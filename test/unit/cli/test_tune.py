@@ -227,13 +227,14 @@ def test_a_search_that_is_killed_and_resumed_gives_the_same_result(tmp_path, kil
     assert output.with_suffix('.csv').read_bytes() == whole.with_suffix('.csv').read_bytes()
 
 
-def test_ctrl_c_writes_the_best_so_far_and_names_resume(tmp_path):
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGHUP])
+def test_ctrl_c_or_a_closed_terminal_writes_the_best_so_far_and_names_resume(tmp_path, number):
     output, journal = tmp_path / 'x.yaml', tmp_path / 'x.yaml.journal'
     search = start(output, 10**6, '--workers', '2')
     wait_until(lambda: lines(journal) >= 4 or search.poll() is not None, 60.0)
     assert search.poll() is None
     # to the workers too, as a terminal does
-    os.killpg(search.pid, signal.SIGINT)
+    os.killpg(search.pid, number)
     _, printed = search.communicate(timeout=120)
     assert search.returncode == 1
     assert '--resume goes on' in printed

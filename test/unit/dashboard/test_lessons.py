@@ -1,12 +1,15 @@
-"""Lessons: what is wrong with a file is told with its remedy; what a lesson changes is taken back."""
+"""Lessons: faults of a file are told, changes of a lesson are taken back, and a run is known by what it had."""
 
 import asyncio
+import math
 
 import pytest
 import yaml
 from each import each_row
 
+from mobile_robot_control.dashboard import teaching as module
 from mobile_robot_control.dashboard.lesson_files import read_lessons
+from mobile_robot_control.dashboard.link import RunValues
 from mobile_robot_control.dashboard.teaching import LessonError, Robot, Teaching
 from mobile_robot_control.parameters.checking import ParameterError
 
@@ -95,6 +98,7 @@ class Nodes:
         self.poses.append(pose)
         if pose is not None:
             self.values['plant']['initial_pose'] = pose
+        return len(self.poses)
 
 
 @pytest.fixture
@@ -111,10 +115,10 @@ def test_what_a_lesson_changes_is_taken_back_by_its_own_page_alone(taught):
     page = object()
 
     async def play():
-        await teaching.begin('lesson', page)
+        assert await teaching.begin('lesson', page) == 1
         assert nodes.values['plant']['max_wheel_torque'] == 0.3
         assert nodes.poses == [pytest.approx([1.3, 0.0, 1.5707963])]
-        await teaching.move(0, 1.9)
+        assert await teaching.move(0, 1.9) == 0
         assert nodes.values['position_controller']['backstepping.p'] == 1.9
         await teaching.end(object())
         assert teaching.running == 'lesson'
@@ -126,7 +130,36 @@ def test_what_a_lesson_changes_is_taken_back_by_its_own_page_alone(taught):
     assert nodes.poses[-1] is None
 
 
-def test_a_lesson_of_another_robot_or_without_its_node_changes_nothing(taught, tmp_path):
+def test_a_lesson_waits_for_its_nodes(taught, monkeypatch):
+    nodes, teaching = taught
+    late = nodes.values.pop('position_controller')
+
+    async def sleep(_):
+        nodes.values['position_controller'] = late
+
+    monkeypatch.setattr(asyncio, 'sleep', sleep)
+    assert asyncio.run(teaching.begin('lesson', None)) == 1
+
+
+def test_a_run_is_known_by_the_parameters_that_it_has_had():
+    run, watched = RunValues(), {'position_controller': {'law'}, 'plant': {'paused'}}
+    before = {'position_controller': {'law': 'a'}, 'plant': {'paused': False, 'initial_pose': [1.0]}, 'other': {}}
+    changed = {**before, 'position_controller': {'law': 'b'}}
+    # what is learned of a node, a pause and the next start change nothing of a run
+    still = {**before, 'plant': {'paused': True, 'initial_pose': [2.0]}, 'other': {'x': 1.0}}
+    for number, time, values, since, law, pose in (
+            (1, 0.0, before, 0.0, 'a', [1.0]), (1, 1.0, still, 0.0, 'a', [1.0]), (1, 2.0, changed, 2.0, 'b', [1.0]),
+            (1, math.nan, before, 2.0, 'a', [1.0]), (1, 3.0, before, 2.0, 'a', [1.0]),
+            (2, 0.0, still, 0.0, 'a', [2.0])):
+        run.note(number, time, values)
+        paused = values['plant']['paused']
+        assert run.shown(watched) == {
+            'number': number, 'since': since, 'pose': pose, 'motion': {'position_controller.law': law},
+            'values': {'plant.paused': paused, 'position_controller.law': law}}
+
+
+def test_a_lesson_of_another_robot_or_without_its_node_changes_nothing(taught, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, '_PATIENCE', 0.0)
     nodes, teaching = taught
     before = asyncio.run(nodes.present())
     other = Teaching(tuple(teaching.lessons.values()), 'kobuki', Robot(nodes.present, nodes.change, nodes.reset))

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from processes import wait_until
 
+from mobile_robot_control.dashboard import recordings as module
 from mobile_robot_control.dashboard.recordings import BusyError, Recordings, save_parameters
 
 PRESENT = {'plant': {'robot.mass': 10.0}}
@@ -30,11 +31,11 @@ def at_once(job, times=2):
 @pytest.fixture
 def recorders(monkeypatch):
     """Recorders that write no report before their standard input closes, or break off with a word."""
-    started, words = [], {'report': "open('report.html', 'w')"}
+    started, words = [], {'report': "open('report.html', 'w')", 'begin': 'print("recording", flush=True)'}
     begin = subprocess.Popen
 
     def start(command, **options):
-        code = ('import os, sys; os.chdir(sys.argv[1]); open("../begun", "w"); print("recording", flush=True); '
+        code = (f'import os, sys; os.chdir(sys.argv[1]); open("../begun", "w"); {words["begin"]}; '
                 f'sys.stdin.read(); {words["report"]}')
         started.append(begin([sys.executable, '-c', code, command[3]], **options))
         return started[-1]
@@ -60,6 +61,15 @@ def test_a_double_click_begins_one_recording_and_is_answered_once_it_records(tmp
     assert [one['state'] for one in recordings.state] == ['recording']
     recordings.close()
     assert [one['state'] for one in recordings.state] in ([], ['done'])
+
+
+def test_a_recording_that_has_not_begun_in_time_is_no_recording(tmp_path, recorders, monkeypatch):
+    monkeypatch.setattr(module, '_BEGIN', 0.1)
+    recorders[1]['begin'] = 'pass'
+    recordings = Recordings(tmp_path, '/')
+    with pytest.raises(BusyError, match=r'recording_1 has not begun for 0\.1 s'):
+        recordings.start(PRESENT)
+    recordings.close()
 
 
 def test_each_of_several_recordings_is_kept_and_why_one_failed_is_told_without_a_file(tmp_path, recorders):

@@ -67,7 +67,7 @@ def state(pid):
 
 @pytest.mark.parametrize(('then', 'limits', 'number', 'end'), [
     (HANG, {'seconds': 0.5}, None, signal.SIGKILL), (HANG, {'grace': 0.2}, signal.SIGTERM, signal.SIGKILL),
-    (HANG, {'grace': 0.2}, signal.SIGINT, signal.SIGKILL),
+    (HANG, {'grace': 0.2}, signal.SIGINT, signal.SIGKILL), (HANG, {'grace': 0.2}, signal.SIGHUP, signal.SIGKILL),
     ('import os; os.abort()', {'grace': 0.2}, None, signal.SIGABRT)])
 def test_a_process_that_hangs_or_died_is_killed_with_its_nodes(start, then, limits, number, end):
     process, node = start(then, **limits)
@@ -139,6 +139,13 @@ late = Late()
 """
 
 
+def test_nohup_outlasts_a_closed_terminal():
+    stays = LATE.replace('late = Late()', 'os.kill(os.getpid(), signal.SIGHUP); print(Stop().requested)')
+    done = subprocess.run(['nohup', sys.executable, '-c', stays.format('SIGHUP')], capture_output=True, text=True,
+                          check=False)
+    assert (done.returncode, done.stdout) == (0, 'False\n')
+
+
 def test_a_signal_that_comes_while_a_process_ends_leaves_its_exit_code():
-    for name in ('SIGINT', 'SIGTERM'):
+    for name in ('SIGINT', 'SIGTERM', 'SIGHUP'):
         assert subprocess.run([sys.executable, '-c', LATE.format(name)], check=False).returncode == 0

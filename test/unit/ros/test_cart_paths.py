@@ -1,0 +1,166 @@
+"""Paths on the wall clock: each planned one is followed, whatever the planner's pace, and the newest one comes next."""
+
+import math
+import os
+import signal
+import time
+import types
+from collections import Counter
+from concurrent.futures import Future
+from itertools import pairwise
+
+import pytest
+from each import each_row
+from nav_msgs.msg import Path
+from rclpy.serialization import serialize_message
+
+from mobile_robot_control.configuration.nodes import ReferenceCartParameters
+from mobile_robot_control.messages.parsing import has_no_poses
+from mobile_robot_control.messages.writing import path_message
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.ros.nodes import cart_paths
+from mobile_robot_control.ros.nodes.cart_course import CartCourse
+from mobile_robot_control.ros.nodes.cart_paths import WallClockPaths
+from mobile_robot_control.ros.services import planning_process
+from mobile_robot_control.ros.services.path_planning import answer
+from mobile_robot_control.ros.services.planning_process import PlanningProcess
+
+TICK = 0.01
+STOP = serialize_message(Path())
+
+
+def straight_on(course, time, length=3.0):
+    """Return a message with a path from the cart's place at a time [s] along its heading."""
+    x, y, heading = course.reference(time).pose
+    return serialize_message(path_message('odom', [
+        Pose(x + way * math.cos(heading), y + way * math.sin(heading), 0.0) for way in (0.0, 0.5 * length, length)]))
+
+
+def standing():
+    """Return the course of a cart that stands at the origin until its first path."""
+    cart = ReferenceCartParameters()
+    return CartCourse(cart._replace(
+        curve=cart.curve._replace(curve='path'), path=cart.path._replace(join_distance=0.4),
+        timing=cart.timing._replace(max_linear_velocity=0.5, max_linear_acceleration=1.0)), 10_000_000)
+
+
+class Cart:
+    """A cart and its planning process, whose answers take a time [s]; `now` is their clock, also the course's."""
+
+    def __init__(self, monkeypatch, takes):
+        self.now, self.waits, self.counted, self.taken, self._takes = 0.0, False, Counter(), [], takes
+        self.course, self._asked = standing(), None
+        monkeypatch.setattr(cart_paths, 'time', types.SimpleNamespace(monotonic=lambda: self._steady))
+        self._steady = 0.0
+        clock = types.SimpleNamespace(now=lambda: self.now, condition=lambda: self.waits or None)
+        validator = types.SimpleNamespace(
+            note_refusal=lambda topic, refusal, every: self.counted.update([refusal.reason]))
+        self.paths = WallClockPaths(self.course, clock, None, validator)
+        self.paths._process = types.SimpleNamespace(ask=self._ask, kill_suspended=lambda: False)
+
+    def _ask(self, question):
+        assert self._asked is None
+        self._asked = Future(), answer(question), self._steady + self._takes
+        return self._asked[0]
+
+    def tick(self):
+        """Go on by a tick; a path begins on the way, without a jump."""
+        self._steady = round(self._steady + TICK, 6)
+        self.now = self.now if self.waits else round(self.now + TICK, 6)
+        if self._asked and self._steady >= self._asked[2]:
+            future, found, _ = self._asked
+            self._asked = None
+            future.set_result(found)
+        due = self.paths.due(0)
+        if due is not None:
+            assert not due.answer.refusal
+            before = self.course.reference(self.now)
+            self.course.take(due.answer, due.begins)
+            after = self.course.reference(self.now)
+            assert math.dist(before.pose[:2], after.pose[:2]) < 0.01
+            assert after.velocity.linear == pytest.approx(before.velocity.linear, abs=0.02)
+            self.taken.append(self._steady)
+
+
+@each_row(('takes', 'period'), [(takes, period) for takes in (0.03, 0.15, 0.9) for period in (0.05, 0.5, 1.0, 3.0)])
+def test_a_cart_follows_a_planner_at_any_pace_and_counts_the_paths_that_were_overtaken(takes, period):
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        cart, sent = Cart(monkeypatch, takes), 0
+        for tick in range(1200):
+            if tick % round(period / TICK) == 0:
+                cart.paths.receive(straight_on(cart.course, cart.now))
+                sent += 1
+            cart.tick()
+    # one path at least in the time from a question to the start, and until the next message
+    longest = 2.0 * max(0.5, 2.0 * takes) + period
+    times = [0.0, *cart.taken, 12.0]
+    assert max(later - earlier for earlier, later in pairwise(times)) < longest + 0.1
+    # the last ones wait, are planned or begin soon
+    assert 0 <= sent - len(cart.taken) - cart.counted['overtaken'] <= 2
+    assert (cart.counted['overtaken'] > 3) == (period < max(0.2, 2.0 * takes))
+
+
+@each_row('in_planning', [True, False])
+def test_a_stop_overtakes_a_path_that_is_planned_or_begins_soon(in_planning):
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        cart = Cart(monkeypatch, 0.1)
+        cart.paths.receive(straight_on(cart.course, 0.0, 6.0))
+        for _ in range(200):
+            cart.tick()
+        cart.paths.receive(straight_on(cart.course, cart.now))
+        for _ in range(3 if in_planning else 14):
+            cart.tick()
+        cart.paths.receive(STOP)
+        for _ in range(45):
+            cart.tick()
+    assert len(cart.taken) == 2
+    assert cart.counted == {'overtaken': 1}
+    assert cart.course.state(round((cart.now + 1.0) * 1e9), Pose(0.0, 0.0, 0.0)) == 'standing'
+
+
+def test_a_cart_that_waits_for_its_robot_takes_a_newer_path():
+    with pytest.MonkeyPatch.context() as monkeypatch:
+        cart = Cart(monkeypatch, 0.1)
+        cart.paths.receive(straight_on(cart.course, 0.0, 6.0))
+        for _ in range(200):
+            cart.tick()
+        cart.paths.receive(straight_on(cart.course, cart.now))
+        for _ in range(14):
+            cart.tick()
+        cart.waits = True
+        cart.paths.receive(straight_on(cart.course, cart.now))
+        for _ in range(14):
+            cart.tick()
+    assert len(cart.taken) == 2
+
+
+def test_an_empty_path_is_told_from_others_without_reading_it():
+    full = straight_on(standing(), 0.0)
+    assert has_no_poses(STOP)
+    for frame in ('', 'a', 'odom', 'robot/odom'):
+        message = path_message(frame, [])
+        assert has_no_poses(serialize_message(message))
+    for message in (full, full[:40], STOP[:8], b'', b'\0'):
+        assert not has_no_poses(message)
+
+
+def test_a_suspended_planning_process_is_replaced_with_a_word(monkeypatch):
+    monkeypatch.setattr(planning_process, '_PATIENCE', 0.2)
+    logged, course = [], standing()
+    log = types.SimpleNamespace(warning=logged.append)
+    paths = WallClockPaths(course, types.SimpleNamespace(now=lambda: 0.0, condition=lambda: None),
+                           types.SimpleNamespace(get_logger=lambda: log), None)
+    process = paths._process = PlanningProcess()
+    try:
+        os.kill(process._process.pid, signal.SIGSTOP)
+        # more than a pipe holds
+        x = [Pose(0.001 * n, 0.0, 0.0) for n in range(3000)]
+        paths.receive(serialize_message(path_message('odom', x)))
+        due, until = None, time.monotonic() + 60.0
+        while due is None and time.monotonic() < until:
+            due = paths.due(0)
+    finally:
+        paths.close()
+    assert due is not None
+    assert not due.answer.refusal
+    assert logged == ['the process that plans paths was suspended: another one takes its place']
