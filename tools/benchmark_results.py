@@ -15,7 +15,7 @@ from page_part import PagePart, table_row
 
 from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.configuration.track_files import read_track, shipped_tracks
-from mobile_robot_control.tuning.benchmark import law_summaries, rank_text
+from mobile_robot_control.tuning.benchmark import law_summaries, number_text, rank_text
 from mobile_robot_control.tuning.search_space import search_genes
 
 TABLE, SUMMARY, SEEDS = PagePart('laws'), PagePart('benchmark'), PagePart('seeds')
@@ -189,7 +189,7 @@ def table_lines(values: Mapping[str, Any]) -> Iterator[str]:
     if published:
         yield from ('', 'With the gains of the publication, its numbers beside ours:', '',
                     '| track | law | metric | published | ours |', '|---|---|---|---|---|')
-        yield from (table_row([track, one['law'], f'`{name}`', f'{value:.5g}', f'{one["ours"][name]:.5g}'])
+        yield from (table_row([track, one['law'], f'`{name}`', f'{value:.5g}', number_text(one['ours'][name])])
                     for track, one in published for name, value in one['published'].items())
     yield from ('', '`benchmark --seed 1 --output runs/benchmark` makes all of it again, in some 12 minutes on two '
                 'cores.')

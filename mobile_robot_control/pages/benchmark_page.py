@@ -131,7 +131,7 @@ def _published(values: Mapping[str, Any]) -> str:
     """Return the numbers of publications beside ours, as HTML."""
     parts = []
     for name, track in values['tracks'].items():
-        rows = [[page.breakable(one['law']), escape(', '.join(f'{gain} = {value:g}' for gain, value in
+        rows = [[page.breakable(one['law']), escape(', '.join(f'{gain} = {value}' for gain, value in
                                                              one['gains'].items())), page.breakable(metric),
                  quantity(value, METRIC_TABLE[metric].unit), quantity(one['ours'][metric], METRIC_TABLE[metric].unit)]
                 for one in track['published'] for metric, value in one['published'].items()]

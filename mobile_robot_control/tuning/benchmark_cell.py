@@ -3,6 +3,7 @@
 import json
 import math
 import time
+import zlib
 from collections.abc import Callable, Mapping
 from hashlib import sha256
 from pathlib import Path
@@ -21,6 +22,7 @@ from mobile_robot_control.quantities import Observation, Pose, TrackingError
 from mobile_robot_control.simulation.rollout import trial_rollout
 from mobile_robot_control.simulation.scenarios import Scenario, configured_scenario, scenario_trial
 from mobile_robot_control.simulation.trial import Trial
+from mobile_robot_control.system.files import FileKind, parse_json, read_bounded, write_atomically
 from mobile_robot_control.system.texts import printable
 from mobile_robot_control.tuning import search_gains
 from mobile_robot_control.tuning.journal import Journal
@@ -36,6 +38,7 @@ POPULATION = 25
 JUDGED = ('rms_position_error', 'max_position_error', 'settling_time', 'peak_wheel_torque', 'energy',
           'torque_variation', 'command_variation')
 """The metrics that are kept of every run."""
+_RESULT = FileKind('cell', 1 << 30)
 _LATE = 0.75
 _DRAWN = 120
 """Points of a picture."""
@@ -187,6 +190,24 @@ def _searched(
     reason = no_result(found)
     point = [1.0] * len(genes) if found.point is None else found.point.tolist()
     return search_gains.rounded(objective.gains(point)), found.score, reason
+
+
+def write_result(file: Path, result: Mapping[str, Any]) -> None:
+    """Write the result of a cell, with its checksum."""
+    write_atomically(file, json.dumps({'checksum': _checksum(result), 'cell': result}))
+
+
+def read_result(file: Path) -> dict[str, Any]:
+    """Read the result of a cell; raise OSError or ValueError if it is not one that was written."""
+    content = parse_json(read_bounded(file, _RESULT))
+    if not isinstance(content, dict) or content.get('checksum') != _checksum(content.get('cell')):
+        raise ValueError('its checksum is wrong')
+    result: dict[str, Any] = content['cell']
+    return result
+
+
+def _checksum(result: object) -> int:
+    return zlib.crc32(json.dumps(result).encode())
 
 
 def with_gains(configuration: Configuration, gains: Gains) -> Configuration:

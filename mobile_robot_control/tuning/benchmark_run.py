@@ -1,6 +1,5 @@
 """The cells of a benchmark, one after another, or side by side in processes of one core each."""
 
-import json
 import multiprocessing
 import os
 import signal
@@ -15,8 +14,7 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.simulation.batch import Pool
 from mobile_robot_control.simulation.loop_start import form_of
 from mobile_robot_control.simulation.ticks import Form
-from mobile_robot_control.system.files import write_atomically
-from mobile_robot_control.tuning.benchmark_cell import Cell, run_cell
+from mobile_robot_control.tuning.benchmark_cell import Cell, run_cell, write_result
 from mobile_robot_control.tuning.workers import TrialRunner
 
 _POLL_PERIOD = 0.1
@@ -59,7 +57,7 @@ def run_cells(
             done = run_cell(cell, run, file, count, stopped)
             if done is None:
                 break
-            write_atomically(file, json.dumps(done))
+            write_result(file, done)
         # also of a cell after whose last line the program was killed
         file.with_suffix('.journal').unlink(missing_ok=True)
         # the bar ends where all cells do, whatever one has left out

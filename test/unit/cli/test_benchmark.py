@@ -261,6 +261,61 @@ def test_what_cannot_be_compared_is_refused_by_name(track, tmp_path, capsys, mon
     assert told in capsys.readouterr().err
 
 
+@each_row(('said', 'told'), [
+    ('{initial_pose: 5}', 'initial_pose = 5'), ('{initial_pose: [a, b, c]}', 'initial_pose = ['),
+    ('{initial_pose: [1.0]}', 'initial_pose = ['), ('{initial_pose: {x: 1.0}}', 'initial_pose.x = 1.0'),
+    ('{gains: {b: [1.0, 2.0]}}', 'ramsete.b = [1.0, 2.0]'), ('{gains: {b: much}}', "ramsete.b = 'much'"),
+    ('{gains: {b: true}}', 'ramsete.b = True'), ('{gains: {b: -1.0}}', 'ramsete.b = -1.0'), ('{gains: {k: 1.0}}', 'k'),
+    ('{gains: 5.0}', 'ramsete.gains = 5.0'), ('{metrics: {iae: [1.0]}}', 'iae = [1.0]'),
+    ('{metrics: {iae: small}}', "iae = 'small'"), ('{metrics: {iae: .nan}}', 'iae = nan'),
+    ('{metrics: 5.0}', 'metrics = 5.0'), ('{metrics: {ieae: 1.0}}', "did you mean 'iae'?"),
+    ('{metrics: {peak_wheel_torque: 1.0}}', "no metric 'peak_wheel_torque'"),
+])
+def test_what_no_publication_can_report_is_refused_before_anything_runs(track, tmp_path, capsys, said, told):
+    track.write_text(f'{TRACK}\npublished: {{ros__parameters: {{ramsete: {said}}}}}')
+    assert run(track, tmp_path / 'out', '--laws', 'ramsete', '--no-tune') == 2
+    printed = capsys.readouterr().err
+    assert f'{track}: published: ' in printed
+    assert told in printed
+    assert not (tmp_path / 'out').exists()
+
+
+def test_a_published_number_that_a_run_does_not_have_is_a_dash(track, tmp_path, capsys):
+    track.write_text(f'{TRACK}\npublished: {{ros__parameters: {{ramsete: {{metrics: {{energy: 1.0, iae: 1}}}}}}}}')
+    assert run(track, tmp_path / 'out', '--laws', 'ramsete', '--no-tune') == 0
+    assert 'energy – (1 published), iae 0.' in capsys.readouterr().out
+
+
+@each_row('damage', [
+    b'', b'null', b'5', b'"results"', b'{}', b'[1]', b'\xff\xfe\x00', b'9' * 5000, b'[' * 100_000, b'{"a":' * 100_000,
+    lambda whole: whole[:len(whole) // 2], lambda whole: whole.replace(b'true', b'false', 1),
+    lambda whole: json.dumps(json.loads(whole)['cell']).encode(), lambda whole: whole.decode().encode('utf-16') + b'x',
+    'fifo', 'folder', 'endless',
+], name=lambda damage: str(damage)[:20])
+def test_a_damaged_cell_is_told_by_name_before_anything_runs(track, tmp_path, capsys, monkeypatch, damage):
+    out = tmp_path / 'out'
+    words = ['--no-tune', '--laws', 'ramsete', 'kanayama', '--runs', 2]
+    assert run(track, out, *words, '--overwrite') == 0
+    cell, *_ = sorted((out / 'cells').iterdir())
+    whole = cell.read_bytes()
+    cell.unlink()
+    if isinstance(damage, str):
+        {'fifo': os.mkfifo, 'folder': os.mkdir, 'endless': lambda file: file.symlink_to('/dev/zero')}[damage](cell)
+    else:
+        cell.write_bytes(damage(whole) if callable(damage) else damage)
+    for more in ('--resume', '--verify'):
+        with monkeypatch.context() as patch:
+            patch.setattr(benchmark_run, 'run_cell', _damaged)
+            assert run(track, out, *words, more) == 2
+        assert f'{cell}: ' in (printed := capsys.readouterr().err)
+        assert 'remove it, and --resume' in printed
+    if damage == 'folder':
+        cell.rmdir()
+    else:
+        cell.unlink()
+    assert run(track, out, *words, '--resume') == 0
+
+
 def generations(folder):
     """Count those that were scored, of finished cells and of those begun."""
     found = 20 * len([*folder.glob('cells/*.json')])
