@@ -69,7 +69,7 @@ try:
     import numpy as np
     from numba.extending import register_jitable
 
-    from mobile_robot_control.simulation.compile_cache import kept
+    from mobile_robot_control.simulation.compile_cache import folder, kept
 except ImportError:
     numba = None  # type: ignore[assignment,unused-ignore]
 
@@ -270,7 +270,10 @@ class Pool:
         self._threads: Executor | None = None
         self._processes: Executor | None = None
         self._version = 0
-        if not COMPILES:
+        if COMPILES:
+            # what is told once is told here, and not by each process
+            folder()
+        else:
             _warn_that_it_is_slow()
 
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
