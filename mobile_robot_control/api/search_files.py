@@ -49,8 +49,8 @@ class SearchFiles(NamedTuple):
 def search_into_files(request: SearchRequest, files: SearchFiles, command_line: str) -> int:
     """Search and write; return 0, or 1 without a result, after an interrupt, or if a better file stays."""
     search = Search(request)
-    with runner(request.where) as run:
-        return SearchRun(request, search, files, command_line, run).run()
+    with Interrupt() as interrupt, runner(request.where) as run:
+        return SearchRun(request, search, files, command_line, run, interrupt).run()
 
 
 def search_purpose(parameters: Configuration, goal: Goal, settings: SearchSettings) -> dict[str, Any]:
@@ -121,9 +121,11 @@ class SearchRun:
     """A search, from its request to its written files."""
 
     def __init__(
-        self, request: SearchRequest, search: Search, files: SearchFiles, command_line: str, run: TrialRunner
+        self, request: SearchRequest, search: Search, files: SearchFiles, command_line: str, run: TrialRunner,
+        interrupt: Interrupt,
     ) -> None:
         self._request, self._search, self._files, self._command_line = request, search, files, command_line
+        self._interrupt = interrupt
         self._parameters, self._goal, self._settings = search.parameters, search.goal, search.settings
         self._output, self._shown = Path(files.output), printable(files.output)
         self._objective = Objective(self._parameters, self._goal, run)
@@ -141,18 +143,19 @@ class SearchRun:
                                   'it, --overwrite begins anew'])
         journal = Journal(self._journal_file, search_purpose(self._parameters, self._goal, self._settings),
                           self._files.resume and not self._files.overwrite)
-        with Interrupt() as interrupt, tqdm(total=self._settings.generations, disable=None, unit='generation') as bar:
+        with tqdm(total=self._settings.generations, disable=None, unit='generation') as bar:
             def progress(generation: Generation) -> None:
                 bar.set_postfix_str(f'best {generation.best:.4f}, mean {generation.mean:.4g}', refresh=False)
                 bar.update()
 
             try:
-                found = run_search(self._settings, self._objective, journal, progress, lambda: interrupt.requested)
+                found = run_search(self._settings, self._objective, journal, progress,
+                                   lambda: self._interrupt.requested)
             except OSError as error:
                 return self._lost(error, standing)
             finally:
                 journal.close()
-        return self._done(found, standing, interrupt.requested)
+        return self._done(found, standing, self._interrupt.requested)
 
     def _lost(self, error: OSError, standing: float) -> int:
         """Save the results so far when the journal or the cluster is lost."""

@@ -63,7 +63,7 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
     # check that the folder is writable before anything long begins
     writable_file(str(folder / 'runs.csv'))
     total = request.runs * len(controllers)
-    with runner(request.where) as run, Interrupt() as interrupt, tqdm(total=total, disable=None, unit='run') as bar:
+    with Interrupt() as interrupt, runner(request.where) as run, tqdm(total=total, disable=None, unit='run') as bar:
         results = run_study(request, controllers, run, bar.update, lambda: interrupt.requested)
     if not results:
         print('study: interrupted before the first runs were done', file=sys.stderr)

@@ -1,10 +1,12 @@
 """Many rollouts at once, compiled by numba if it is installed, plain otherwise."""
 
+import multiprocessing
 import os
 import pickle
 import re
 import signal
 import sys
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import lru_cache
@@ -312,7 +314,16 @@ class Pool:
                 executor.shutdown(wait=True, cancel_futures=True)
 
 
+def end_with_parent() -> None:
+    """Wait in a thread of a worker, and end that with its parent, even if that is killed, or its own work endless."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None  # noqa: S101 (for mypy: a worker has one)
+    parent.join()
+    os._exit(1)
+
+
 def _begin_worker(sources: Sequence[PluginSource]) -> None:
     """Prepare a process: ignore Ctrl-C, and load the files of laws and curves that its parent has loaded."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=end_with_parent, daemon=True).start()
     load_sources(sources)

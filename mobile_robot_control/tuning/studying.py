@@ -220,17 +220,25 @@ def run_study(
     """
     results: dict[str, StudiedController] = {}
     for name, parameters in controllers.items():
+        if stopped():
+            break
         scenarios = drawn_scenarios(request, parameters)
-        late = request.laps * 0.75
-        drawn = (scenario_trial(parameters, scenario, request.laps, late) for scenario in scenarios)
-        trials = [one._replace(form=one.form._replace(indices=True, band=request.settled_within)) for one in drawn]
         judged: list[Judged] = []
-        for first in range(0, len(trials), _BATCH):
+        for first in range(0, len(scenarios), _BATCH):
             if stopped():
                 break
-            batch = trials[first:first + _BATCH]
+            drawn = (scenario_trial(parameters, scenario, request.laps, request.laps * 0.75)
+                     for scenario in scenarios[first:first + _BATCH])
+            batch = [one._replace(form=one.form._replace(indices=True, band=request.settled_within)) for one in drawn]
+            try:
+                outcomes = run(batch)
+            except KeyboardInterrupt:
+                # of a batch that takes long: the ones before it count
+                if not stopped():
+                    raise
+                break
             judged += [judge(one, outcome, request.success_within)
-                       for one, outcome in zip(batch, run(batch), strict=True)]
+                       for one, outcome in zip(batch, outcomes, strict=True)]
             progress(len(batch))
         if judged:
             results[name] = StudiedController(scenarios, judged, promise(parameters, scenarios), parameters)
