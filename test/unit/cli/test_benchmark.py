@@ -25,7 +25,7 @@ from mobile_robot_control.plugins import register
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.system.interrupt import Interrupt
 from mobile_robot_control.tuning import benchmark_run
-from mobile_robot_control.tuning.benchmark import Benchmark, BenchmarkRequest
+from mobile_robot_control.tuning.benchmark import Benchmark, BenchmarkRequest, is_first, law_summaries
 
 TRACK = """
 track: {ros__parameters: {purpose: A curve of a hand's breadth., curves: [trifolium], scales: [0.05],
@@ -144,6 +144,39 @@ def test_a_law_of_a_file_ranks_beside_the_shipped_ones_and_those_that_fail_come_
     assert 'no answer' in rows['raises']['reason']
     assert 'not finite' in rows['empty']['reason']
     assert 'no answer' in (tmp_path / 'out' / 'benchmark.html').read_text()
+
+
+@each_row(('works', 'asked'), [('gains.k == 1.0', ['--budgets', 100]), ('False', []), ('True', ['--no-tune'])])
+def test_a_law_whose_search_drives_no_candidate_is_not_searched_has_no_rank_and_counts_in_no_mean(
+    track, tmp_path, capsys, works, asked
+):
+    """Its configured gains may work, which no search has tried."""
+    for name in ('one', 'two'):
+        (tmp_path / f'{name}.py').write_text(LAW.format(name=name, failure=f'v = v if {works} else 1e9'))
+    assert run(track, tmp_path / works, '--laws', 'one', 'kanayama', 'two', *asked, *(
+        word for name in ('one', 'two') for word in ('--law', tmp_path / f'{name}.py'))) == 0
+    searched = works == 'True'
+    values, table = read(tmp_path / works)
+    rows = [(row, cells) for row, cells in zip(values['results'], table, strict=True) if row['law'] != 'kanayama']
+    for row, cells in rows:
+        assert (row['rank'] is None) == (row['last_rank'] is None) == (cells['rank'] == '') == (not searched)
+        assert row['reason'].startswith('not searched: no individual') is not searched
+        assert cells['reason'] == row['reason']
+    alone = law_summaries(values)
+    assert [one.tables == 0 for one in alone] == [False] + [not searched] * 2
+    if not searched:
+        assert {row['last_rank'] for row in values['results'] if row['law'] == 'kanayama'} == {1}
+        assert [one.not_searched for one in alone] == [(), ('small',), ('small',)]
+    printed, page = capsys.readouterr().out, (tmp_path / works / 'benchmark.html').read_text()
+    assert ('one: not searched on small\n' in printed) is not searched
+    assert ('>not searched<' in page) is not searched
+    assert '>failed</td>' not in page
+
+
+def test_a_law_that_succeeds_in_fewer_than_half_of_the_runs_is_no_first():
+    row = {'rank': 1, 'last_rank': 3, 'runs': 100}
+    assert [is_first(row | {'successes': successes}) for successes in (0, 25, 49, 50, 100)] == [False] * 3 + [True] * 2
+    assert not is_first(row | {'successes': 100, 'rank': 2})
 
 
 def test_what_a_folder_holds_is_kept_unless_asked(track, tmp_path, capsys):
