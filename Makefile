@@ -37,7 +37,9 @@ setup: $(READY)
 
 # what the packages of setup.py pull in has its version from a file in constraints/, where there is one
 define install
-@versions=constraints/$(LOCKED)-$$($(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])').txt; \
+@echo 'installing into $(VENV), a dot every 5 seconds: a minute or less, five on a slow machine'
+@(while sleep 5 >/dev/null 2>&1; do printf .; done) & dots=$$!; trap "kill $$dots; echo" EXIT; trap 'exit 1' INT TERM; \
+  versions=constraints/$(LOCKED)-$$($(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])').txt; \
   if [ ! -f $$versions ]; then echo "no $$versions: the newest versions that fit are installed"; versions=/dev/null; fi; \
   $(BIN)/python -m pip install --quiet --disable-pip-version-check --use-pep517 --constraint $$versions \
     --editable '.[$(1)]'

@@ -15,7 +15,8 @@ from page_part import PagePart, table_row
 
 from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.configuration.track_files import read_track, shipped_tracks
-from mobile_robot_control.tuning.benchmark import law_summaries, rank_text
+from mobile_robot_control.tuning.benchmark import is_first, law_summaries, number_text, rank_text
+from mobile_robot_control.tuning.benchmark_cell import NOT_SEARCHED, was_searched
 from mobile_robot_control.tuning.search_space import search_genes
 
 TABLE, SUMMARY, SEEDS = PagePart('laws'), PagePart('benchmark'), PagePart('seeds')
@@ -63,8 +64,8 @@ class Rows:
             self.tracks.setdefault(row['track'], []).append(row)
 
     def firsts(self, track: str) -> list[str]:
-        """Return the laws of a track to which none is better for certain."""
-        return [row['law'] for row in self.tracks[track] if row['rank'] == 1 and not row['reason']]
+        """Return the laws of a track to which none is better for certain, and which succeed in half of the runs."""
+        return [row['law'] for row in self.tracks[track] if is_first(row)]
 
     def row(self, track: str, law: str) -> dict[str, Any]:
         """Return the row of a law."""
@@ -93,22 +94,24 @@ def _on(rows: Rows, track: str, words: str, ending: str = '') -> str:
     others = [row for row in rows.tracks[track] if row['law'] not in firsts]
     best = rows.row(track, firsts[0])
     rest = f'; the others have {_spread(others)}' if any(row['rms'] is not None for row in others) else ''
-    return (f'{words}, take {_listed(firsts)}: median RMS error {_length(best["rms"])} in {best["shared"]} of '
-            f'{best["runs"]} runs{rest}{ending} (`{track}`).')
+    return (f'{words}, take {_listed(firsts)}: median RMS error {_length(best["rms"])} in the '
+            f'{best["shared"]} of {best["runs"]} scenarios in which all compared laws succeed{rest}{ending} '
+            f'(`{track}`).')
 
 
 def _overall(rows: Rows) -> str:
     best, *_, last = law_summaries(rows.values)
-    return (f'Over all {len(rows.tracks)} tracks `{best.law}` has the best mean rank, {best.mean_rank:.1f}, and on '
-            f'{best.first} of them no law is better for certain; `{last.law}` has the worst, {last.mean_rank:.1f}.')
+    return (f'Over the tracks on which a law was searched, `{best.law}` has the best mean rank, {best.mean_rank:.1f}, '
+            f'and on {best.first} of its {best.tables} no law is better for certain; `{last.law}` has the worst, '
+            f'{last.mean_rank:.1f}.')
 
 
 def _everywhere(rows: Rows) -> str:
     shares = {one.law: one.success for one in law_summaries(rows.values)}
     sure = [law for law, share in shares.items() if share == max(shares.values())]
     least = min(shares, key=lambda law: shares[law])
-    return (f'{_listed(sure)} succeed{"s" * (len(sure) == 1)} most often, in {100.0 * shares[sure[0]]:.1f} % of all '
-            f'runs, and `{least}` least often, in {100.0 * shares[least]:.1f} %.')
+    return (f'{_listed(sure)} succeed{"s" * (len(sure) == 1)} most often, in {100.0 * shares[sure[0]]:.1f} % of its '
+            f'runs on these tracks, and `{least}` least often, in {100.0 * shares[least]:.1f} %.')
 
 
 def _rough(rows: Rows) -> str:
@@ -167,10 +170,12 @@ def sentences(values: Mapping[str, Any]) -> list[str]:
 
 def _cell(row: Mapping[str, Any]) -> str:
     """Return rank, error and, where there are failures, success."""
+    if not was_searched(row):
+        return rank_text(row)
     if row['reason']:
         return f'{rank_text(row)}, failed'
     missed = row['runs'] - row['successes']
-    rank = f'**{rank_text(row)}**' if row['rank'] == 1 else rank_text(row)
+    rank = f'**{rank_text(row)}**' if is_first(row) else rank_text(row)
     return f'{rank}: {_length(row["rms"])}' + (f', {missed} of {row["runs"]} fail' if missed else '')
 
 
@@ -180,7 +185,9 @@ def table_lines(values: Mapping[str, Any]) -> Iterator[str]:
     yield from (f'{n}. {text}' for n, text in enumerate(sentences(values), 1))
     laws = [one.law for one in law_summaries(values)]
     yield from ('', f'Each cell has the ranks that the law may have, and its median RMS error; bold where no law is '
-                f'better for certain. Hash `{values["hash"]}`.', '')
+                'better for certain, and half of the runs succeed. "Not searched": no candidate of the search could be '
+                'driven, so the law has no rank there, and the track counts in none of its means. Hash '
+                f'`{values["hash"]}`.', '')
     yield from (table_row(['track', *laws]), f'|{"---|" * (1 + len(laws))}')
     yield from (table_row([track, *(_cell(rows.row(track, law)) for law in laws)]) for track in rows.tracks)
     yield from ('', 'Why each track exists:', '')
@@ -189,7 +196,7 @@ def table_lines(values: Mapping[str, Any]) -> Iterator[str]:
     if published:
         yield from ('', 'With the gains of the publication, its numbers beside ours:', '',
                     '| track | law | metric | published | ours |', '|---|---|---|---|---|')
-        yield from (table_row([track, one['law'], f'`{name}`', f'{value:.5g}', f'{one["ours"][name]:.5g}'])
+        yield from (table_row([track, one['law'], f'`{name}`', f'{value:.5g}', number_text(one['ours'][name])])
                     for track, one in published for name, value in one['published'].items())
     yield from ('', '`benchmark --seed 1 --output runs/benchmark` makes all of it again, in some 12 minutes on two '
                 'cores.')
@@ -198,10 +205,11 @@ def table_lines(values: Mapping[str, Any]) -> Iterator[str]:
 def summary_table(values: Mapping[str, Any]) -> Iterator[str]:
     """Yield the summary of the README."""
     summaries = law_summaries(values)
-    yield from (table_row([f'over {summaries[0].tables} tracks', *(one.law for one in summaries)]),
+    yield from (table_row([f'of {len(values["tracks"])} tracks', *(one.law for one in summaries)]),
                 f'|{"---|" * (1 + len(summaries))}',
-                table_row(['mean rank', *(f'{one.mean_rank:.1f}' for one in summaries)]),
-                table_row(['tracks on which no law is better', *(str(one.first) for one in summaries)]),
+                table_row(['searched on', *(str(one.tables) for one in summaries)]),
+                table_row(['mean rank there', *(f'{one.mean_rank:.1f}' for one in summaries)]),
+                table_row(['no law is better on', *(str(one.first) for one in summaries)]),
                 table_row(['success', *(f'{100.0 * one.success:.1f} %' for one in summaries)]))
 
 
@@ -218,8 +226,11 @@ def seeds_lines(values: Mapping[str, Any]) -> Iterator[str]:
         cells = []
         for track in values['tracks']:
             for budget in values['budgets']:
-                rows = [row for row in values['results']
-                        if (row['law'], row['track'], row['budget']) == (law, track, budget)]
+                rows = [row for row in values['results'] if row['rank'] is not None
+                        and (row['law'], row['track'], row['budget']) == (law, track, budget)]
+                if not rows:
+                    cells.append(NOT_SEARCHED)
+                    continue
                 mean = fmean(0.5 * (row['rank'] + row['last_rank']) for row in rows)
                 span = {'rank': min(row['rank'] for row in rows), 'last_rank': max(row['last_rank'] for row in rows)}
                 cells.append(f'{mean:.1f} ({rank_text(span)})')

@@ -177,7 +177,8 @@ def describe_model(configuration: Configuration, instead: Mapping[str, str] | No
     wall_clock = () if configuration.plant.shared.lockstep else (WALL_CLOCK,)
     return Described(modelled, (*(effect.phrase for effect in missing), *wall_clock),
                      tuple(effect.phrase for effect in EFFECTS if effect.phrase in modelled and not effect.smooth),
-                     tuple(dict.fromkeys(effect.phrase for effect in absent)),
+                     # one of an effect's parameters may be ruled out while another models it
+                     tuple(dict.fromkeys(effect.phrase for effect in absent if effect.phrase not in modelled)),
                      {effect.phrase: effect.find for effect in missing if effect.find and drive in effect.drives})
 
 

@@ -21,6 +21,7 @@ THIN_DELAY = 0.05
 """[s]: a delay margin of the position loop below it is thin."""
 
 _UNKNOWN = 'the error of a robot that has any of it is unknown'
+_REMEDY = 'Find out, and set it or name it in plant.ruled_out'
 
 
 class Promise(NamedTuple):
@@ -109,6 +110,15 @@ def _shortfalls(
 
 def warnings_of(found: Promise) -> list[str]:
     """Return warnings about numbers that a robot may not reproduce, each in a sentence."""
+    made = _margin_warnings(found)
+    unknown = '; '.join(f'{phrase} ({find})' for phrase, find in found.described.unknown.items())
+    if unknown:
+        made.append(f'not modelled, and {_UNKNOWN}: {unknown}. {_REMEDY}{_room(found)}')
+    return made
+
+
+def _margin_warnings(found: Promise) -> list[str]:
+    """Return the warnings without those of effects that are not modelled."""
     margins = found.margins
     made: list[str] = [*found.cautions, *([f'the margins are unknown: {margins.reason}'] if margins.reason else [])]
     if margins.velocity is not None:
@@ -117,10 +127,6 @@ def warnings_of(found: Promise) -> list[str]:
         made += _shortfalls('velocity', margins.velocity, found.velocity_period, periods * found.velocity_period)
     made += _shortfalls('position', margins.position, found.position_period,
                         max(THIN_DELAY, THIN_PERIODS * found.position_period), margins.multiplier)
-    unknown = '; '.join(f'{phrase} ({find})' for phrase, find in found.described.unknown.items())
-    if unknown:
-        made.append(f'not modelled, and the error of a robot that has any of it is unknown: {unknown}. Find out, and '
-                    f'set it or name it in plant.ruled_out{_room(found)}')
     return made
 
 
@@ -162,23 +168,45 @@ def _loop_text(name: str, found: LapMargins, period: float, longest: int, multip
 
 
 def promise_lines(found: Promise) -> list[str]:
-    """Return the promise as lines of text of at most 100 characters."""
-    described, margins = found.described, found.margins
+    """Return the promise as lines of text of at most 100 characters; a warning has what can be looked for."""
+    described = found.described
+    left = [phrase for phrase in described.not_modelled if phrase not in described.unknown]
+    return as_lines([*_described(described, f'{"; ".join(left)}: {_UNKNOWN}' if left else ''), *_margin_texts(found),
+                     *(f'warning: {text}' for text in warnings_of(found))])
+
+
+def brief_lines(found: Sequence[Promise]) -> list[str]:
+    """Return the promises of one or several loops as lines, with what all have in common once: warnings first."""
+    texts = [f'warning: {text}' for one in found for text in _margin_warnings(one)]
+    for one in found:
+        names = '; '.join(one.described.not_modelled)
+        texts += _described(one.described, names and f'{names}: {_UNKNOWN}. {_REMEDY}')
+    texts += (text for one in found for text in _margin_texts(one))
+    return as_lines(dict.fromkeys(texts))
+
+
+def _described(described: Described, not_modelled: str) -> Iterator[str]:
+    """Yield what is modelled, and what is not."""
     modelled = '; '.join(f'{phrase} ({text})' for phrase, text in described.modelled.items())
-    texts = [f'modelled: {modelled or "none of what follows"}',
-             f'not modelled: {"; ".join(described.not_modelled)}: {_UNKNOWN}']
+    yield f'modelled: {modelled or "none of what follows"}'
+    if not_modelled:
+        yield f'not modelled: {not_modelled}'
     if described.ruled_out:
-        texts.append(f'ruled out: {"; ".join(described.ruled_out)}')
+        yield f'ruled out: {"; ".join(described.ruled_out)}'
+
+
+def _margin_texts(found: Promise) -> list[str]:
+    """Return the margins, and what is not in them."""
+    margins, texts = found.margins, []
     if margins.velocity is not None:
         texts.append(_loop_text('velocity', margins.velocity, found.velocity_period, MOST_PERIODS))
     texts.append(_loop_text('position', margins.position, found.position_period, longest_delay(found.position_period),
                             margins.multiplier))
     if found.spread:
         texts.append(spread_text(found.spread))
-    if described.not_in_margins:
-        texts.append(f'not in the margins: {"; ".join(described.not_in_margins)}')
-    texts += [f'warning: {text}' for text in warnings_of(found)]
-    return as_lines(texts)
+    if found.described.not_in_margins:
+        texts.append(f'not in the margins: {"; ".join(found.described.not_in_margins)}')
+    return texts
 
 
 def spread_text(spread: Sequence[float]) -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 from mobile_robot_control import __version__
-from mobile_robot_control.analysis.promises import Promise, promise, promise_lines
+from mobile_robot_control.analysis.promises import Promise, brief_lines, promise, promise_lines
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.configuration.nodes import Configuration, course_of, path_of
@@ -28,12 +28,11 @@ from mobile_robot_control.simulation.rollout import measure, rollout
 from mobile_robot_control.system.files import check_regular, write_atomically
 from mobile_robot_control.system.interrupt import Interrupt
 from mobile_robot_control.system.progress import tqdm
-from mobile_robot_control.system.texts import printable
+from mobile_robot_control.system.texts import answer_lines, printable
 from mobile_robot_control.tuning import result, search_gains, search_space
 from mobile_robot_control.tuning.journal import Journal
-from mobile_robot_control.tuning.objective import Goal, Objective
+from mobile_robot_control.tuning.objective import Better, Goal, Objective
 from mobile_robot_control.tuning.search import Found, Generation, SearchSettings, no_result, run_search
-from mobile_robot_control.tuning.search_gains import Gains
 from mobile_robot_control.tuning.searching import Search, SearchRequest
 from mobile_robot_control.tuning.workers import TrialRunner, runner
 
@@ -49,8 +48,8 @@ class SearchFiles(NamedTuple):
 def search_into_files(request: SearchRequest, files: SearchFiles, command_line: str) -> int:
     """Search and write; return 0, or 1 without a result, after an interrupt, or if a better file stays."""
     search = Search(request)
-    with runner(request.where) as run:
-        return SearchRun(request, search, files, command_line, run).run()
+    with Interrupt() as interrupt, runner(request.where) as run:
+        return SearchRun(request, search, files, command_line, run, interrupt).run()
 
 
 def search_purpose(parameters: Configuration, goal: Goal, settings: SearchSettings) -> dict[str, Any]:
@@ -121,9 +120,11 @@ class SearchRun:
     """A search, from its request to its written files."""
 
     def __init__(
-        self, request: SearchRequest, search: Search, files: SearchFiles, command_line: str, run: TrialRunner
+        self, request: SearchRequest, search: Search, files: SearchFiles, command_line: str, run: TrialRunner,
+        interrupt: Interrupt,
     ) -> None:
         self._request, self._search, self._files, self._command_line = request, search, files, command_line
+        self._interrupt = interrupt
         self._parameters, self._goal, self._settings = search.parameters, search.goal, search.settings
         self._output, self._shown = Path(files.output), printable(files.output)
         self._objective = Objective(self._parameters, self._goal, run)
@@ -141,18 +142,19 @@ class SearchRun:
                                   'it, --overwrite begins anew'])
         journal = Journal(self._journal_file, search_purpose(self._parameters, self._goal, self._settings),
                           self._files.resume and not self._files.overwrite)
-        with Interrupt() as interrupt, tqdm(total=self._settings.generations, disable=None, unit='generation') as bar:
+        with tqdm(total=self._settings.generations, disable=None, unit='generation') as bar:
             def progress(generation: Generation) -> None:
                 bar.set_postfix_str(f'best {generation.best:.4f}, mean {generation.mean:.4g}', refresh=False)
                 bar.update()
 
             try:
-                found = run_search(self._settings, self._objective, journal, progress, lambda: interrupt.requested)
+                found = run_search(self._settings, self._objective, journal, progress,
+                                   lambda: self._interrupt.requested)
             except OSError as error:
                 return self._lost(error, standing)
             finally:
                 journal.close()
-        return self._done(found, standing, interrupt.requested)
+        return self._done(found, standing, self._interrupt.requested)
 
     def _lost(self, error: OSError, standing: float) -> int:
         """Save the results so far when the journal or the cluster is lost."""
@@ -186,29 +188,33 @@ class SearchRun:
         """Write all files, unless a better one exists."""
         assert found.point is not None  # noqa: S101 (for mypy: callers have checked)
         gains = search_gains.rounded(self._objective.gains(found.point.tolist()))
-        return self.write(gains, found._replace(score=self._objective.score(gains)), standing)
+        return self.write(self._objective.better(gains), found, standing)
 
-    def write(self, gains: Gains, found: Found, standing: float) -> bool:
-        """Write all files for gains with their score, unless a better one exists."""
-        if standing <= found.score:
-            print(f'tune: {self._shown} has the objective {standing:.6g} and stays, {found.score:.6g} was '
-                  'found; --overwrite replaces it', file=sys.stderr)
-            return standing == found.score
+    def write(self, better: Better, found: Found, standing: float) -> bool:
+        """Write all files for the better gains, unless a better file exists."""
+        if standing <= better.score:
+            print(f'tune: {self._shown} has the objective {standing:.6g} and stays, {better.text(len(found.history))}; '
+                  '--overwrite replaces it', file=sys.stderr)
+            return standing == better.score
+        gains, found = better.gains, found._replace(score=better.score)
         tuned = self._search.tuned(gains)
         after = tried('after', tuned, self._goal)
         named = {node: tuple(values) for node, values in search_gains.parameters(self._goal.genes, gains).items()}
         held = promise(tuned, self._goal.scenarios)
-        edges = () if found.point is None else search_space.at_the_edge(self._goal.genes, found.point.tolist())
+        edges = (() if found.point is None or better.as_configured else
+                 search_space.at_the_edge(self._goal.genes, found.point.tolist()))
         held = held._replace(cautions=(*held.cautions, *edges), spread=self._objective.spread(tuned))
-        holds = promise_lines(held)
+        answer = better.text(len(found.history))
         notes = search_notes(self._request, without_place(self._command_line), self._goal, self._settings, found,
                              after.metrics)
-        write_atomically(self._output, result.parameter_file(tuned, named, [*notes, *holds]))
+        write_atomically(self._output, result.parameter_file(tuned, named, [
+            *notes[:2], answer, *notes[2:], *promise_lines(held)]))
         write_atomically(self._output.with_suffix('.csv'), result.history_table(found.history))
         before = tried('before', self._parameters, self._goal)
         write_pages(self._output, self._goal, found.score, found.history, (before, after), held,
                     provenance(self._command_line, tuned))
-        print(f'{self._shown}: objective {found.score:.6g} after {len(found.history)} generations', *holds, sep='\n')
+        print(*answer_lines(f'{self._shown}: {answer}', brief_lines([held]), str(self._output.with_suffix('.html'))),
+              sep='\n')
         return True
 
 

@@ -32,13 +32,13 @@ class Tuned(NamedTuple):
     controller : str
         Target of the search.
     objective : float
-        Of the gains found, over the scenarios of the search; smaller is better.
+        Of the gains, over the scenarios of the search; smaller is better.
     parameters : dict of str to object
-        The gains by ``NODE.PARAMETER``, for `simulate` and `study`.
+        The gains by ``NODE.PARAMETER``, for `simulate` and `study`; as configured, if those are better.
     history : tuple of Generation
         Number, best score, mean score and lost individuals of each generation.
     configuration : Configuration
-        The configured loop with the gains found.
+        The configured loop with these gains.
     provenance : dict of str to object
         The call, versions and parameters that produced it.
     search : Search
@@ -188,8 +188,8 @@ def tune(
         why = no_result(found)
         if why or found.point is None:
             raise RuntimeError(why)
-        gains = search_gains.rounded(objective.gains(found.point.tolist()))
-        score = objective.score(gains)
+        better = objective.better(search_gains.rounded(objective.gains(found.point.tolist())))
+    gains, score = better.gains, better.score
     named = {f'{node}.{name}': value for node, values in search_gains.parameters(goal.genes, gains).items()
              for name, value in values.items()}
     tuned = search.tuned(gains)

@@ -25,7 +25,7 @@ from mobile_robot_control.simulation.scenarios import scenario_trial
 from mobile_robot_control.system.files import writable_file, write_atomically
 from mobile_robot_control.system.interrupt import Interrupt
 from mobile_robot_control.system.progress import tqdm
-from mobile_robot_control.system.texts import printable
+from mobile_robot_control.system.texts import answer_lines, printable
 from mobile_robot_control.tuning.failures import scenario_text
 from mobile_robot_control.tuning.studying import (
     StudiedController,
@@ -34,6 +34,7 @@ from mobile_robot_control.tuning.studying import (
     drawn_scenarios,
     run_study,
     studied_controllers,
+    study_answer,
     study_columns,
     study_lines,
     study_rows,
@@ -63,14 +64,15 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
     # check that the folder is writable before anything long begins
     writable_file(str(folder / 'runs.csv'))
     total = request.runs * len(controllers)
-    with runner(request.where) as run, Interrupt() as interrupt, tqdm(total=total, disable=None, unit='run') as bar:
+    with Interrupt() as interrupt, runner(request.where) as run, tqdm(total=total, disable=None, unit='run') as bar:
         results = run_study(request, controllers, run, bar.update, lambda: interrupt.requested)
     if not results:
         print('study: interrupted before the first runs were done', file=sys.stderr)
         return 1
     write_study(folder, request, results, provenance(
         command_line, {name: one.parameters for name, one in results.items()}), interrupt.requested)
-    print(*study_lines(request, results), sep='\n')
+    print(*answer_lines(study_answer(request, results), study_lines(request, results), str(folder / 'study.html')),
+          sep='\n')
     if interrupt.requested:
         print('study: interrupted; the files hold what was done', file=sys.stderr)
         return 1

@@ -15,10 +15,12 @@ from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.parameters.values import nearest
+from mobile_robot_control.quantities import LARGEST
 from mobile_robot_control.reference.curve import PATH
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reference.waypoints import WAYPOINTS
 from mobile_robot_control.system.files import read_bounded
+from mobile_robot_control.system.texts import shortened
 
 _SECTION, _PUBLISHED = 'track', 'published'
 
@@ -50,18 +52,18 @@ class Published(NamedTuple):
     ----------
     law : str
         Its name here.
-    gains : dict of str to float
+    gains : dict of str to object
         Of the publication, by their names here.
     metrics : dict of str to float
         That it reports, by their names in docs/metrics.md [SI].
-    initial_pose : tuple of float
-        Where the robot starts [m, m, rad].
+    initial_pose : sequence of float or None
+        Where the robot starts [m, m, rad]; None for the cart's start.
     """
 
     law: str
     gains: dict[str, Any]
     metrics: dict[str, float]
-    initial_pose: tuple[float, ...]
+    initial_pose: Any
 
 
 class Track(NamedTuple):
@@ -133,21 +135,29 @@ def read_track(given: str) -> Track:
         raise ParameterError(f'{file}: {_SECTION}: {violation}' for violation in error.violations) from None
     if any(values.get('curve') == PATH for values in sections.values()):
         parameters = parameters._replace(curves=(PATH,), scales=parameters.scales[:1])
-    source, published = _published(sections.get(_PUBLISHED, {}))
+    source, published = _published(file, sections.get(_PUBLISHED, {}))
     return Track(file.stem, file, parameters, source, published)
 
 
-def _published(values: Mapping[str, Any]) -> tuple[str, tuple[Published, ...]]:
-    """Return the publication, and what it reports, of the section of that name."""
+def _published(file: Path, values: Mapping[str, Any]) -> tuple[str, tuple[Published, ...]]:
+    """Return the publication, and what it reports, of the section of that name; gains and poses as they are."""
     found: dict[str, Published] = {}
+    violations = []
     for name, value in values.items():
         law, _, rest = name.partition('.')
         if not rest:
             continue
-        one = found.setdefault(law, Published(law, {}, {}, ()))
+        one = found.setdefault(law, Published(law, {}, {}, None))
         group, _, field = rest.partition('.')
-        if group == 'initial_pose':
-            found[law] = one._replace(initial_pose=tuple(map(float, value)))
+        if rest == 'initial_pose':
+            found[law] = one._replace(initial_pose=value)
+        elif group == 'gains' and field:
+            one.gains[field] = value
+        elif group == 'metrics' and field and type(value) in (int, float) and abs(value) <= LARGEST:
+            one.metrics[field] = float(value)
         else:
-            (one.gains if group == 'gains' else one.metrics)[field] = float(value)
+            violations.append(f'{file}: {_PUBLISHED}: {shortened(f"{name} = {value!r}")} is not allowed; a law has '
+                              'gains, initial_pose, and metrics with one number each')
+    if violations:
+        raise ParameterError(violations)
     return str(values.get('source', '')), tuple(found.values())

@@ -4,13 +4,15 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from mobile_robot_control.pages import page
 from mobile_robot_control.pages.readable import quantity, three_digits
 from mobile_robot_control.simulation.metric_table import METRIC_TABLE
 from mobile_robot_control.system.files import write_atomically
-from mobile_robot_control.tuning.benchmark import law_summaries, rank_text
+from mobile_robot_control.tuning.benchmark import is_first, law_summaries, rank_text
+from mobile_robot_control.tuning.benchmark_cell import was_searched
 from mobile_robot_control.web.assets import asset
 
 Pictures = Mapping[str, Mapping[str, Mapping[str, Sequence[float]] | None]]
@@ -49,7 +51,7 @@ def _row(values: Mapping[str, Any], row: Mapping[str, Any], several: bool) -> li
     track = f'{row["track"]}, seed {row["seed"]}, {row["budget"]}' if several else row['track']
     if row['reason']:
         return [page.breakable(row['law']), page.breakable(track), _cell(rank_text(row), row['rank']),
-                'failed', *['–'] * (len(_HEAD) - 4)]
+                'failed' if was_searched(row) else '–', *['–'] * (len(_HEAD) - 4)]
     variation, unit = ((row['torque_variation'], 'N m') if row['torque_variation'] is not None else
                        (row['command_variation'], 'm/s'))
     return [page.breakable(row['law']), page.breakable(track), _cell(rank_text(row), row['rank']),
@@ -69,12 +71,14 @@ def _ranks(values: Mapping[str, Any], budget: int) -> str:
         for track in values['tracks']:
             ranges = [found[one.law, track, seed] for seed in values['seeds']]
             text = ', '.join(map(rank_text, ranges))
-            mean = sum(row['rank'] + row['last_rank'] for row in ranges) / (2.0 * len(ranges))
-            best = all(row['rank'] == 1 for row in ranges)
+            ranked = [0.5 * (row['rank'] + row['last_rank']) for row in ranges if was_searched(row)]
+            mean = fmean(ranked) if ranked else None
+            best = all(map(is_first, ranges))
             cells.append(f'<span class="best">{_cell(text, mean)}</span>' if best else _cell(text, mean))
-        rows.append([page.breakable(one.law), _cell(f'{one.mean_rank:.1f}', one.mean_rank), str(one.first),
-                     _cell(f'{100.0 * one.success:.1f} %', one.success), *cells])
-    return _table(['law', 'mean rank', f'first of {len(found) // len(rows)}', 'success', *values['tracks']], rows)
+        known = [_cell(f'{one.mean_rank:.1f}', one.mean_rank), _cell(f'{one.first} of {one.tables}', one.first),
+                 _cell(f'{100.0 * one.success:.1f} %', one.success)]
+        rows.append([page.breakable(one.law), *(known if one.tables else ['–'] * 3), *cells])
+    return _table(['law', 'mean rank', 'first', 'success', *values['tracks']], rows)
 
 
 def _points(xs: Sequence[float], ys: Sequence[float]) -> str:
@@ -131,7 +135,7 @@ def _published(values: Mapping[str, Any]) -> str:
     """Return the numbers of publications beside ours, as HTML."""
     parts = []
     for name, track in values['tracks'].items():
-        rows = [[page.breakable(one['law']), escape(', '.join(f'{gain} = {value:g}' for gain, value in
+        rows = [[page.breakable(one['law']), escape(', '.join(f'{gain} = {value}' for gain, value in
                                                              one['gains'].items())), page.breakable(metric),
                  quantity(value, METRIC_TABLE[metric].unit), quantity(one['ours'][metric], METRIC_TABLE[metric].unit)]
                 for one in track['published'] for metric, value in one['published'].items()]
@@ -154,6 +158,8 @@ def _gains(values: Mapping[str, Any]) -> Iterator[str]:
 def answer(values: Mapping[str, Any]) -> str:
     """Return the result in a sentence."""
     best, *others = law_summaries(values)
+    if not best.tables:
+        return f'No law was searched: {values["results"][0]["reason"]}.'
     told = f'{best.law} has the best mean rank, {best.mean_rank:.1f}, of {len(values["laws"])} laws'
     return (f'{told}; on {best.first} of {best.tables} tracks no law is better for certain.' if others else
             f'{best.law} succeeds in {100.0 * best.success:.1f} % of the runs.')
@@ -173,7 +179,9 @@ def _parts(values: Mapping[str, Any], pictures: Pictures, made: Mapping[str, Any
                          *([('published', 'Published', ())] if published else []), ('gains', 'Gains', ())])
     yield page.section('ranks', 'Ranks', '<p class="soft">The ranks that a law may have on each track, the best mean '
                        'rank first. Laws that paired differences cannot tell apart have a rank in common; bold: no law '
-                       'is better for certain. A head sorts.</p>',
+                       'is better for certain, and half of the runs succeed. One search stands behind each range: it '
+                       'minimises Eq. (29), and the RMS error ranks. A law whose search could drive no candidate is '
+                       'not searched, and counts in no mean. A head sorts.</p>',
                        *(f'{f"<h3>{budget} candidates</h3>" if several else ""}{_ranks(values, budget)}'
                          for budget in values['budgets'] or [0]))
     yield page.section('numbers', 'Numbers', '<p class="soft">Errors, settling time, torque, energy and variation are '

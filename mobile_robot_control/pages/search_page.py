@@ -82,6 +82,8 @@ def _answer(runs: Sequence[Run], holds: Promise) -> str:
         return ''
     told = (f'lowered the objective of the configured run by {100.0 * (1.0 - after / before):.3g} %, from {before:.4g} '
             f'to {after:.4g}' if after < before else
+            f'found no better gains than those configured, which stay, with an objective of {after:.4g}'
+            if after == before else
             f'did not lower the objective of the configured run: {before:.4g} before, {after:.4g} after')
     return '. '.join([f'The search {told}', *([spread_text(holds.spread)] if holds.spread else [])]) + '.'
 

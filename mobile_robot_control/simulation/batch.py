@@ -1,10 +1,12 @@
 """Many rollouts at once, compiled by numba if it is installed, plain otherwise."""
 
+import multiprocessing
 import os
 import pickle
 import re
 import signal
 import sys
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import lru_cache
@@ -69,7 +71,7 @@ try:
     import numpy as np
     from numba.extending import register_jitable
 
-    from mobile_robot_control.simulation.compile_cache import kept
+    from mobile_robot_control.simulation.compile_cache import folder, kept
 except ImportError:
     numba = None  # type: ignore[assignment,unused-ignore]
 
@@ -270,7 +272,10 @@ class Pool:
         self._threads: Executor | None = None
         self._processes: Executor | None = None
         self._version = 0
-        if not COMPILES:
+        if COMPILES:
+            # what is told once is told here, and not by each process
+            folder()
+        else:
             _warn_that_it_is_slow()
 
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
@@ -309,8 +314,17 @@ class Pool:
                 executor.shutdown(wait=True, cancel_futures=True)
 
 
+def end_with_parent() -> None:
+    """Wait in a thread of a worker, and end that with its parent, even if that is killed, or its own work endless."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None  # noqa: S101 (for mypy: a worker has one)
+    parent.join()
+    os._exit(1)
+
+
 def _begin_worker(sources: Sequence[PluginSource]) -> None:
     """Prepare a process: leave Ctrl-C and a closed terminal to its parent, and load its files of laws and curves."""
     for number in (signal.SIGINT, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
+    threading.Thread(target=end_with_parent, daemon=True).start()
     load_sources(sources)

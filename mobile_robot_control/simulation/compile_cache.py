@@ -4,6 +4,8 @@ import fcntl
 import hashlib
 import os
 import shutil
+import stat
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -15,6 +17,7 @@ import numba.core.caching
 import numba.core.config
 
 from mobile_robot_control.jit import BEGUN
+from mobile_robot_control.system.texts import printable
 
 _caching: Any = numba.core.caching
 _config: Any = numba.core.config
@@ -36,14 +39,37 @@ def folder() -> Path | None:
     """
     Return the folder for machine code of the modules as they were imported; None where that is not certain.
 
-    numba's own cache looks at the file of a function alone, and not at those of its callees.
+    numba's own cache looks at the file of a function alone, and not at those of its callees. What lies in the folder
+    is unpickled, and runs: where others could write it there is none, which is told once.
     """
     sources, files = hashlib.sha256(), sorted(PACKAGE.rglob('*.py'))
     for file in files:
         sources.update(f'{file.relative_to(PACKAGE)}\n'.encode() + file.read_bytes())
     # a file that was edited since then is not the module that runs here
     as_imported = files and all(file.stat().st_mtime < BEGUN for file in files)
-    return home() / sources.hexdigest()[:16] if as_imported else None
+    if not as_imported:
+        return None
+    why = _why_not(home())
+    if why:
+        print(f'compiled laws are not kept, and each start compiles them for seconds: {printable(str(home()))} {why}; '
+              'remove it, or name a place of your own in NUMBA_CACHE_DIR', file=sys.stderr)
+    return None if why else home() / sources.hexdigest()[:16]
+
+
+def _why_not(place: Path) -> str:
+    """Make a folder if it is absent; return why no code is loaded from there, '' if the user alone writes it."""
+    if not place.is_absolute():
+        return 'is not an absolute path'
+    try:
+        with suppress(FileExistsError):
+            place.mkdir(mode=0o700, parents=True)
+        found = place.lstat()
+    except OSError as error:
+        return f'cannot be made ({error.strerror})'
+    mode = stat.S_IMODE(found.st_mode) & 0o777
+    return ('is a link' if stat.S_ISLNK(found.st_mode) else 'is no folder' if not stat.S_ISDIR(found.st_mode) else
+            f'belongs to user {found.st_uid}' if found.st_uid != os.geteuid() else
+            f'has the mode {mode:04o} in place of 0700' if mode != 0o700 else '')
 
 
 class _Place(_caching.UserProvidedCacheLocator):  # type: ignore[misc]

@@ -89,6 +89,7 @@ class Simulation:
         failures: list[str] = []
 
         def samples() -> Iterator[Sample]:
+            sample = None
             try:
                 for sample in rollout(self._configured, self._duration):
                     yield sample
@@ -97,6 +98,10 @@ class Simulation:
             except LawFailedError as error:
                 failures.append(str(error))
                 raise
+            except KeyboardInterrupt:
+                # of a step that does not end
+                if sample is None or not is_stopped():
+                    raise
 
         # output that a law prints must not mix with the results
         with redirect_stdout(sys.stderr):

@@ -1,7 +1,15 @@
-"""The signals that ask a process to end, and these as a flag, so that completed work is kept."""
+"""The signals that ask to end as a flag, so that completed work is kept; and an end for work that does not look at it."""
 
+import _thread
+import os
 import signal
+import threading
 from typing import Any
+
+LATE = 3.0
+"""[s] after a signal in which work has to look at the flag."""
+_LAST = 5.0
+"""[s] after that in which the process has to end."""
 
 
 def ending_signals() -> list[signal.Signals]:
@@ -12,29 +20,54 @@ def ending_signals() -> list[signal.Signals]:
 
 class Interrupt:
     """
-    Turns the first signal to end into a flag; the second one ends at once. A context manager.
+    Turns the first signal to end into a flag; the second one ends at once. A context manager, of the main thread.
 
-    Attributes
-    ----------
-    requested : bool
-        Whether to stop.
-
+    Where nobody has looked at the flag for some seconds, as in a law with an endless loop, KeyboardInterrupt is raised.
+    If that does not end the work either, as in compiled code, the process ends.
     """
 
     def __init__(self) -> None:
-        self.requested = False
+        self._requested = self._seen = False
+        self._ended = threading.Event()
         self._before: dict[int, Any] = {}
+
+    @property
+    def requested(self) -> bool:
+        """Whether to stop."""
+        self._seen = self._requested
+        return self._requested
 
     def _note(self, number: int, _frame: object) -> None:
         # a closed terminal and its shell send one each
-        if self.requested and number != signal.SIGHUP:
+        if self._requested and number != signal.SIGHUP:
             raise KeyboardInterrupt
-        self.requested = True
+        self._requested = True
+
+    def _watch(self) -> None:
+        """Wait for a signal; end the work if it does not end by itself."""
+        if not os.read(self._signals, 1) or self._ended.wait(LATE) or self._seen:
+            return
+        # a second signal
+        _thread.interrupt_main()
+        if not self._ended.wait(_LAST):
+            os.write(2, b'interrupted, and ended since its work did not end\n')
+            os._exit(1)
 
     def __enter__(self) -> 'Interrupt':
+        # the interpreter writes there at once, also in compiled code, where no handler runs
+        self._signals, self._pipe = os.pipe()
+        os.set_blocking(self._pipe, False)
+        self._wakeup = signal.set_wakeup_fd(self._pipe, warn_on_full_buffer=False)
         self._before = {number: signal.signal(number, self._note) for number in ending_signals()}
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+        self._thread.start()
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._ended.set()
         for number, handler in self._before.items():
             signal.signal(number, handler)
+        signal.set_wakeup_fd(self._wakeup)
+        os.close(self._pipe)
+        self._thread.join()
+        os.close(self._signals)

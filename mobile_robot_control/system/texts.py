@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 _LONGEST = 300
 _WIDTH = 100
+_MOST = 15
 _PACKAGE = os.path.dirname(os.path.dirname(os.path.abspath(__file__))) + os.sep
 _PYTHON = os.path.dirname(os.__file__) + os.sep
 
@@ -35,6 +36,12 @@ def shortened(text: str, longest: int = _LONGEST) -> str:
 def as_lines(texts: Iterable[str]) -> list[str]:
     """Wrap sentences to lines of at most 100 characters; continuation lines are indented."""
     return [line for text in texts for line in textwrap.wrap(text, _WIDTH, subsequent_indent='  ')]
+
+
+def answer_lines(answer: str, lines: Sequence[str], page: str) -> list[str]:
+    """Return what a command prints: the answer, and at most 15 lines, the last of which names the page with all."""
+    kept = lines if len(lines) < _MOST else [*lines[:_MOST - 2], f'… and {len(lines) - _MOST + 2} more lines']
+    return [*as_lines([answer]), *kept, f'page: {printable(os.path.abspath(page))}']
 
 
 def describe_error(error: BaseException) -> str:

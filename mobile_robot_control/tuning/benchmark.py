@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
@@ -10,22 +11,33 @@ from statistics import fmean
 from typing import Annotated, Any, NamedTuple
 
 from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.nodes import course_of
+from mobile_robot_control.configuration.nodes import Configuration, course_of
 from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.configuration.track_files import Published, Track, read_track, shipped_tracks
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.declaration import INLINE, Field
+from mobile_robot_control.parameters.values import nearest
 from mobile_robot_control.simulation.batch import cores
+from mobile_robot_control.simulation.metric_table import INDEX_METRICS, RUN_METRICS
 from mobile_robot_control.simulation.metrics import summary
 from mobile_robot_control.simulation.rollout import measure
-from mobile_robot_control.tuning.benchmark_cell import POPULATION, Cell, judged_runs
+from mobile_robot_control.tuning.benchmark_cell import (
+    NOT_SEARCHED,
+    POPULATION,
+    Cell,
+    judged_runs,
+    read_result,
+    was_searched,
+)
 from mobile_robot_control.tuning.benchmark_run import run_cells, run_side_by_side
 from mobile_robot_control.tuning.monte_carlo import LARGEST_SEED, Judged, wilson_interval
 from mobile_robot_control.tuning.ranking import RANKED, quantile, ranked, shared_scenarios
 from mobile_robot_control.tuning.workers import Workers, runner
 
 _FIRST_SEED, _FIRST_BUDGET = 1, 500
+REPORTED = [one.name for one in (*RUN_METRICS, *INDEX_METRICS) if one.better and not one.of_wheels]
+"""The metrics that a publication may report: numbers of a run."""
 Done = list[tuple[Cell, dict[str, Any]]]
 """Cells with their results, as `run_cell` returns them."""
 
@@ -86,6 +98,7 @@ class Benchmark:
         for track in tracks:
             configuration = track.sources(request.sources).configuration()
             self.cells[0]._replace(track=track).drawn('judging', configuration, 1)
+            _check_published(track, request.sources)
 
     @property
     def rollouts(self) -> int:
@@ -95,9 +108,19 @@ class Benchmark:
         return len(self.cells) * (candidates * self.request.scenarios + judged)
 
     def held(self, folder: Path) -> Done:
-        """Return the cells that a folder holds, with their results."""
-        files = [(cell, cell.file(folder)) for cell in self.cells]
-        return [(cell, json.loads(file.read_text(encoding='utf-8'))) for cell, file in files if file.exists()]
+        """Return the cells that a folder holds, with their results; raise ParameterError if any is damaged."""
+        found, violations = [], []
+        for cell in self.cells:
+            file = cell.file(folder)
+            try:
+                if file.exists():
+                    found.append((cell, read_result(file)))
+            except (OSError, ValueError) as error:
+                reason = getattr(error, 'strerror', None) or 'is not as a benchmark wrote it'
+                violations.append(f'{file}: {reason}; remove it, and --resume runs this cell again')
+        if violations:
+            raise ParameterError(violations)
+        return found
 
     def run(self, folder: Path, progress: Callable[[int], object], stopped: Callable[[], bool]) -> Done:
         """
@@ -109,6 +132,8 @@ class Benchmark:
             All cells, or those that were done before it was stopped, with their results.
         """
         folder.mkdir(parents=True, exist_ok=True)
+        # a damaged cell is told before hours of work
+        self.held(folder)
         where, size = self.request.where, self.rollouts // len(self.cells)
         workers = 1 if where.scheduler else min(where.workers or cores(), len(self.cells))
         if workers > 1:
@@ -148,17 +173,19 @@ def _track_rows(
     found = {cell.law: (one['results'][number], one['step_time']) for cell, one in done
              if (cell.track.name, cell.seed) == (track, seed)}
     # a law that fails for a reason of its own is not compared
-    judged = {law: [] if result['reason'] else judged_runs(result) for law, (result, _) in found.items()}
+    judged = {law: [] if result['reason'] else judged_runs(result) for law, (result, _) in found.items()
+              if was_searched(result)}
     fed = {law: judged_runs(found[law][0], 'fed_') for law, runs in judged.items() if runs}
     ranks = ranked(judged)
     shared = shared_scenarios({law: runs for law, runs in judged.items() if runs})
     fed_shared = shared_scenarios(fed)
-    rows = [{'track': track, 'law': law, 'seed': seed, 'budget': result['budget'], 'rank': ranks[law][0],
-             'last_rank': ranks[law][1], **_numbers(judged[law], shared, fed.get(law, []), fed_shared),
+    rows = [{'track': track, 'law': law, 'seed': seed, 'budget': result['budget'],
+             'rank': ranks.get(law, (None, None))[0], 'last_rank': ranks.get(law, (None, None))[1],
+             **_numbers(judged.get(law, []), shared, fed.get(law, []), fed_shared),
              'step_time': step, 'score': result.get('score'), 'reason': result['reason'],
              'gains': result.get('gains', {})} for law, (result, step) in found.items()]
-    return sorted(rows, key=lambda row: (bool(row['reason']), row['rank'], row['last_rank'],
-                                         float('inf') if row['rms'] is None else row['rms']))
+    return sorted(rows, key=lambda row: (row['rank'] is None, bool(row['reason']), row['rank'] or 0,
+                                         row['last_rank'] or 0, float('inf') if row['rms'] is None else row['rms']))
 
 
 def _numbers(
@@ -187,19 +214,35 @@ def published_rows(track: Track, more: ParameterSources) -> Iterator[dict[str, A
     """Yield what a publication reports of laws that are there, with our numbers for its gains beside it."""
     for one in track.published:
         if one.law in LAWS:
-            yield {'law': one.law, 'gains': one.gains, 'published': one.metrics, 'ours': _measured(track, one, more)}
+            configuration = _published_loop(track, one, more)
+            duration = track.parameters.laps * course_of(configuration.reference_cart).period
+            found = summary(measure(configuration, duration))
+            yield {'law': one.law, 'gains': one.gains, 'published': one.metrics,
+                   'ours': {name: found[name] for name in one.metrics}}
 
 
-def _measured(track: Track, one: Published, more: ParameterSources) -> dict[str, float | None]:
-    """Run a law with the gains of a publication from its start; return the metrics that it reports."""
+def _published_loop(track: Track, one: Published, more: ParameterSources) -> Configuration:
+    """Return the loop of a law with the gains of a publication, from its start."""
     values: dict[str, Any] = {f'position_controller.{one.law}.{name}': value for name, value in one.gains.items()}
     values['position_controller.controller_type'] = one.law
-    if one.initial_pose:
-        values['plant.initial_pose'] = list(one.initial_pose)
-    configuration = configure(track.sources(more).with_values(values).values())
-    duration = track.parameters.laps * course_of(configuration.reference_cart).period
-    found = summary(measure(configuration, duration))
-    return {name: found[name] for name in one.metrics}
+    if one.initial_pose is not None:
+        values['plant.initial_pose'] = one.initial_pose
+    return configure(track.sources(more).with_values(values).values())
+
+
+def _check_published(track: Track, more: ParameterSources) -> None:
+    """Raise ParameterError where a publication reports what a run does not have."""
+    violations: list[str] = []
+    for one in track.published:
+        if one.law in LAWS:
+            violations += (f"{one.law}: there is no metric '{name}'; {nearest(name, REPORTED)}" for name in one.metrics
+                           if name not in REPORTED)
+            try:
+                _published_loop(track, one, more)
+            except ParameterError as error:
+                violations += (f'{one.law}: {violation}' for violation in error.violations)
+    if violations:
+        raise ParameterError(f'{track.file}: published: {violation}' for violation in violations)
 
 
 COLUMNS = ('track', 'law', 'seed', 'budget', 'rank', 'last_rank', 'runs', 'successes', 'shared', 'rms', 'rms_95',
@@ -219,20 +262,20 @@ def benchmark_table(values: Mapping[str, Any]) -> str:
 
 class LawSummary(NamedTuple):
     """
-    A law over all tracks of a benchmark, seeds and budgets.
+    A law over the tracks, seeds and budgets of a benchmark for which it was searched.
 
     Attributes
     ----------
     law : str
         Its name.
     mean_rank : float
-        Of the middles of its ranges of ranks.
+        Of the middles of its ranges of ranks; nan where it was searched for no table.
     first, tables : int
-        Tables in which it may be the first, and all.
+        Tables in which it is among the first, and all for which it was searched.
     success : float
-        Share of all judged runs.
-    failed : tuple of str
-        Tracks on which it could not be compared.
+        Share of all judged runs; nan likewise.
+    failed, not_searched : tuple of str
+        Tracks on which it could not be compared, and those on which its search could drive no candidate.
     """
 
     law: str
@@ -241,24 +284,32 @@ class LawSummary(NamedTuple):
     tables: int
     success: float
     failed: tuple[str, ...]
+    not_searched: tuple[str, ...]
+
+
+def is_first(row: Mapping[str, Any]) -> bool:
+    """Return whether no law is better for certain than that of a row, which succeeds in half of the runs at least."""
+    return bool(row['rank'] == 1 and 0 < row['runs'] <= 2 * row['successes'])
 
 
 def law_summaries(values: Mapping[str, Any]) -> list[LawSummary]:
     """Return the laws over all tables, that with the best mean rank first."""
     found = []
     for law in values['laws']:
-        rows = [row for row in values['results'] if row['law'] == law]
-        asked = len(rows) * values['runs']
+        every = [row for row in values['results'] if row['law'] == law]
+        rows = [row for row in every if was_searched(row)]
         found.append(LawSummary(
-            law, fmean(0.5 * (row['rank'] + row['last_rank']) for row in rows), sum(row['rank'] == 1 for row in rows),
-            len(rows), sum(row['successes'] for row in rows) / asked,
-            tuple(dict.fromkeys(row['track'] for row in rows if row['reason']))))
-    return sorted(found, key=lambda one: (one.mean_rank, one.law))
+            law, fmean(0.5 * (row['rank'] + row['last_rank']) for row in rows) if rows else math.nan,
+            sum(map(is_first, rows)), len(rows),
+            sum(row['successes'] for row in rows) / (len(rows) * values['runs']) if rows else math.nan,
+            tuple(dict.fromkeys(row['track'] for row in rows if row['reason'])),
+            tuple(dict.fromkeys(row['track'] for row in every if not was_searched(row)))))
+    return sorted(found, key=lambda one: (not one.tables, one.mean_rank if one.tables else 0.0, one.law))
 
 
 def rank_text(row: Mapping[str, Any]) -> str:
     """
-    Return the ranks that a law may have, as text.
+    Return the ranks that a law may have, as text; that of a law that was not searched says so.
 
     Examples
     --------
@@ -267,18 +318,25 @@ def rank_text(row: Mapping[str, Any]) -> str:
 
     """
     first, last = row['rank'], row['last_rank']
-    return f'{first}' if first == last else f'{first}–{last}'
+    return NOT_SEARCHED if first is None else f'{first}' if first == last else f'{first}–{last}'
+
+
+def number_text(value: float | None) -> str:
+    """Return a number beside that of a publication; a dash where a run has none."""
+    return '–' if value is None else f'{value:.5g}'
 
 
 def summary_lines(values: Mapping[str, Any]) -> Iterator[str]:
     """Yield what the command prints: the laws over all tracks, the published numbers, and the hash."""
     for one in law_summaries(values):
-        failed = f'; not compared on {", ".join(one.failed)}' if one.failed else ''
-        yield (f'{one.law}: mean rank {one.mean_rank:.1f}, first or not told apart from it in {one.first} of '
+        failed = ''.join(f'; {what} on {", ".join(tracks)}' for what, tracks in (
+            ('not compared', one.failed), (NOT_SEARCHED, one.not_searched)) if tracks)
+        yield (f'{one.law}{failed}'.replace(';', ':', 1) if not one.tables else
+               f'{one.law}: mean rank {one.mean_rank:.1f}, first or not told apart from it in {one.first} of '
                f'{one.tables} tables, success in {100.0 * one.success:.1f} % of the runs{failed}')
     for name, track in values['tracks'].items():
         for row in track['published']:
-            both = ', '.join(f'{metric} {row["ours"][metric]:.5g} ({value:.5g} published)'
+            both = ', '.join(f'{metric} {number_text(row["ours"][metric])} ({value:.5g} published)'
                              for metric, value in row['published'].items())
             yield f'{name}, {row["law"]} with the published gains: {both}'
     yield f'hash {values["hash"]}'

@@ -3,6 +3,7 @@
 import json
 import math
 import time
+import zlib
 from collections.abc import Callable, Mapping
 from hashlib import sha256
 from pathlib import Path
@@ -21,6 +22,7 @@ from mobile_robot_control.quantities import Observation, Pose, TrackingError
 from mobile_robot_control.simulation.rollout import trial_rollout
 from mobile_robot_control.simulation.scenarios import Scenario, configured_scenario, scenario_trial
 from mobile_robot_control.simulation.trial import Trial
+from mobile_robot_control.system.files import FileKind, parse_json, read_bounded, write_atomically
 from mobile_robot_control.system.texts import printable
 from mobile_robot_control.tuning import search_gains
 from mobile_robot_control.tuning.journal import Journal
@@ -36,6 +38,9 @@ POPULATION = 25
 JUDGED = ('rms_position_error', 'max_position_error', 'settling_time', 'peak_wheel_torque', 'energy',
           'torque_variation', 'command_variation')
 """The metrics that are kept of every run."""
+NOT_SEARCHED = 'not searched'
+"""First words of the reason of a result whose search could drive no candidate."""
+_RESULT = FileKind('cell', 1 << 30)
 _LATE = 0.75
 _DRAWN = 120
 """Points of a picture."""
@@ -148,8 +153,8 @@ def run_cell(cell: Cell, run: TrialRunner, file: Path, progress: Callable[[int],
                 return None
             gains, score, reason = found
         if reason:
-            reason = _why(cell, configuration) or reason
-            results.append({'budget': budget, 'reason': reason})
+            failure = _failure(cell, configuration)[1]
+            results.append({'budget': budget, 'reason': failure or f'{NOT_SEARCHED}: {reason}'})
         else:
             judged = _judged(cell, gains, run)
             progress(2 * cell.runs)
@@ -187,6 +192,24 @@ def _searched(
     reason = no_result(found)
     point = [1.0] * len(genes) if found.point is None else found.point.tolist()
     return search_gains.rounded(objective.gains(point)), found.score, reason
+
+
+def write_result(file: Path, result: Mapping[str, Any]) -> None:
+    """Write the result of a cell, with its checksum."""
+    write_atomically(file, json.dumps({'checksum': _checksum(result), 'cell': result}))
+
+
+def read_result(file: Path) -> dict[str, Any]:
+    """Read the result of a cell; raise OSError or ValueError if it is not one that was written."""
+    content = parse_json(read_bounded(file, _RESULT))
+    if not isinstance(content, dict) or content.get('checksum') != _checksum(content.get('cell')):
+        raise ValueError('its checksum is wrong')
+    result: dict[str, Any] = content['cell']
+    return result
+
+
+def _checksum(result: object) -> int:
+    return zlib.crc32(json.dumps(result).encode())
 
 
 def with_gains(configuration: Configuration, gains: Gains) -> Configuration:
@@ -244,18 +267,29 @@ def judged_runs(result: Mapping[str, Any], prefix: str = '') -> list[Judged]:
                                                  strict=True)]
 
 
+def was_searched(result: Mapping[str, Any]) -> bool:
+    """Return whether a result, or a row of the table, is of gains: no search may have found any that can be driven."""
+    return not result['reason'].startswith(NOT_SEARCHED)
+
+
 def _why(cell: Cell, configuration: Configuration) -> str:
-    """Return why a law fails in the first unseen scenario; '' where it does not."""
+    """Return why a law fails or diverges in the first unseen scenario; '' where it does not."""
+    end, failure = _failure(cell, configuration)
+    return failure or end
+
+
+def _failure(cell: Cell, configuration: Configuration) -> tuple[str, str]:
+    """Return where a loop diverges in the first unseen scenario, and why its law fails there; '' where it does not."""
     trial = judging_trials(cell._replace(runs=1), configuration)[0]
     steps = 0
     try:
         for _ in trial_rollout(trial, configuration):
             steps += 1
     except LawFailedError as error:
-        return str(error)
+        return '', str(error)
     except ParameterError as error:
-        return '; '.join(error.violations)
-    return '' if steps > trial.steps else f'it diverges at t = {steps * trial.loop.plant.dt:.3g} s'
+        return '', '; '.join(error.violations)
+    return '' if steps > trial.steps else f'it diverges at t = {steps * trial.loop.plant.dt:.3g} s', ''
 
 
 def _picture(cell: Cell, configuration: Configuration) -> dict[str, list[float]]:

@@ -1,10 +1,10 @@
 """The cells of a benchmark, one after another, or side by side in processes of one core each."""
 
-import json
 import multiprocessing
 import os
 import signal
 import threading
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.simulation.batch import Pool
+from mobile_robot_control.simulation.batch import Pool, end_with_parent
 from mobile_robot_control.simulation.loop_start import form_of
 from mobile_robot_control.simulation.ticks import Form
-from mobile_robot_control.system.files import write_atomically
-from mobile_robot_control.tuning.benchmark_cell import Cell, run_cell
+from mobile_robot_control.system.interrupt import LATE
+from mobile_robot_control.tuning.benchmark_cell import Cell, run_cell, write_result
 from mobile_robot_control.tuning.workers import TrialRunner
 
 _POLL_PERIOD = 0.1
@@ -59,7 +59,7 @@ def run_cells(
             done = run_cell(cell, run, file, count, stopped)
             if done is None:
                 break
-            write_atomically(file, json.dumps(done))
+            write_result(file, done)
         # also of a cell after whose last line the program was killed
         file.with_suffix('.journal').unlink(missing_ok=True)
         # the bar ends where all cells do, whatever one has left out
@@ -96,9 +96,13 @@ def run_side_by_side(
             stopping.value = True
     progress(counted.get_obj().value - shown)
     try:
-        for part in parts:
+        # an error of a cell before the ends of those that were broken off
+        for part in sorted(parts, key=lambda part: isinstance(part.exception(), BrokenProcessPool)):
             part.result()
     except BrokenProcessPool as error:
+        # those that ended late have done so by themselves
+        if stopped():
+            return
         raise ChildProcessError('a process of cells was killed, perhaps for lack of memory; go on with fewer --workers'
                                 ) from error
 
@@ -134,13 +138,16 @@ def _begin(*shared: Any) -> None:
         signal.signal(number, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _shared[:] = shared
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    for end in (end_with_parent, _end_late):
+        threading.Thread(target=end, daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None  # noqa: S101 (for mypy: a worker has one)
-    parent.join()
+def _end_late() -> None:
+    """End a worker whose generation takes long after all were told to stop: its journal has the ones before."""
+    stopping = _shared[2]
+    while not stopping.value:
+        time.sleep(_POLL_PERIOD)
+    time.sleep(LATE)
     os._exit(1)
 
 

@@ -60,6 +60,42 @@ class Goal(NamedTuple):
     smooth: float = 0.0
 
 
+class Better(NamedTuple):
+    """
+    The better ones of found and configured gains.
+
+    Attributes
+    ----------
+    gains : Gains
+        The better ones.
+    found, configured : float
+        Both scores.
+    """
+
+    gains: Gains
+    found: float
+    configured: float
+
+    @property
+    def as_configured(self) -> bool:
+        """Whether the configured ones are better."""
+        return self.configured < self.found
+
+    @property
+    def score(self) -> float:
+        """Of the better ones."""
+        return self.configured if self.as_configured else self.found
+
+    def text(self, generations: int) -> str:
+        """Return which ones are better, as a sentence."""
+        after = f'after {generations} generation{"s" * (generations != 1)}'
+        if self.as_configured:
+            return (f'the configured gains are better and stay: objective {self.configured:.6g}, and {self.found:.6g} '
+                    f'was found {after}')
+        before = 'those configured fail' if not self.configured < WORST else f'{self.configured:.6g} as configured'
+        return f'the gains found are better: objective {self.found:.6g} {after}, {before}'
+
+
 def is_random(configuration: Configuration) -> bool:
     """Return whether runs of a checked configuration depend on the seed."""
     model = configuration.plant.model
@@ -115,6 +151,11 @@ class Objective:
     def score(self, gains: Gains) -> float:
         """Return the score of one controller, as in a generation."""
         return self._score(self._run(self._with(gains)))
+
+    def better(self, found: Gains) -> 'Better':
+        """Return the better ones of found gains and of those configured, which no search has to reach."""
+        scores = self.score(found), self.score(self._gains)
+        return Better(self._gains if scores[1] < scores[0] else found, *scores)
 
     def spread(self, configuration: Configuration) -> tuple[float, ...]:
         """Return the RMS errors [m] of the configured run over some seeds, ascending; () without noise."""

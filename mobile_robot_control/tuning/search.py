@@ -170,6 +170,10 @@ def run_search(
         ALGORITHMS[settings.algorithm](next_generation, settings.genes, settings.population, settings.seed)
     except _Ended:
         pass
+    except KeyboardInterrupt:
+        # of a generation that takes long: the ones before it count
+        if not stopped():
+            raise
     except OSError as error:
         error.found = Found(best[1], best[0], tuple(history))  # type: ignore[attr-defined]
         raise

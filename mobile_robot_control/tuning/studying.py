@@ -7,7 +7,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from mobile_robot_control.analysis.promises import Promise, promise, promise_lines, promise_values
+from mobile_robot_control.analysis.promises import Promise, brief_lines, promise, promise_values
 from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.model.actuators import LONGEST_DELAY
@@ -22,7 +22,7 @@ from mobile_robot_control.simulation.metrics import TRUE
 from mobile_robot_control.simulation.run_length import check_laps
 from mobile_robot_control.simulation.scenarios import Scenario, configured_scenario, scenario_trial
 from mobile_robot_control.system.texts import as_lines, printable
-from mobile_robot_control.tuning.comparison import COMPARED, best_of, comparison_texts, comparison_values
+from mobile_robot_control.tuning.comparison import COMPARED, answer_text, best_of, comparison_texts, comparison_values
 from mobile_robot_control.tuning.failures import failure_texts, failure_values
 from mobile_robot_control.tuning.monte_carlo import (
     LARGEST_SEED,
@@ -220,17 +220,25 @@ def run_study(
     """
     results: dict[str, StudiedController] = {}
     for name, parameters in controllers.items():
+        if stopped():
+            break
         scenarios = drawn_scenarios(request, parameters)
-        late = request.laps * 0.75
-        drawn = (scenario_trial(parameters, scenario, request.laps, late) for scenario in scenarios)
-        trials = [one._replace(form=one.form._replace(indices=True, band=request.settled_within)) for one in drawn]
         judged: list[Judged] = []
-        for first in range(0, len(trials), _BATCH):
+        for first in range(0, len(scenarios), _BATCH):
             if stopped():
                 break
-            batch = trials[first:first + _BATCH]
+            drawn = (scenario_trial(parameters, scenario, request.laps, request.laps * 0.75)
+                     for scenario in scenarios[first:first + _BATCH])
+            batch = [one._replace(form=one.form._replace(indices=True, band=request.settled_within)) for one in drawn]
+            try:
+                outcomes = run(batch)
+            except KeyboardInterrupt:
+                # of a batch that takes long: the ones before it count
+                if not stopped():
+                    raise
+                break
             judged += [judge(one, outcome, request.success_within)
-                       for one, outcome in zip(batch, run(batch), strict=True)]
+                       for one, outcome in zip(batch, outcomes, strict=True)]
             progress(len(batch))
         if judged:
             results[name] = StudiedController(scenarios, judged, promise(parameters, scenarios), parameters)
@@ -262,13 +270,22 @@ def _judged(results: Mapping[str, StudiedController]) -> dict[str, list[Judged]]
     return {name: studied.judged for name, studied in results.items()}
 
 
-def study_lines(request: StudyRequest, results: Mapping[str, StudiedController]) -> Iterator[str]:
-    """Yield the output of the command: success, failures and promise of each controller, and the comparison."""
-    for name, studied in results.items():
-        yield success_text(name, summarise_runs(studied.judged))
-        yield from as_lines(failure_texts(studied.scenarios, studied.judged))
-        yield from promise_lines(studied.promise)
-    yield from as_lines(comparison_texts(_judged(results), request.metrics, request.settled_within))
+def study_answer(request: StudyRequest, results: Mapping[str, StudiedController]) -> str:
+    """Return the first sentence of the command's output: the best of several controllers, or the success of one."""
+    (name, studied), *others = results.items()
+    return (f'{answer_text(_judged(results), request.metrics, request.settled_within)}.' if others else
+            success_text(name, summarise_runs(studied.judged)))
+
+
+def study_lines(request: StudyRequest, results: Mapping[str, StudiedController]) -> list[str]:
+    """Return what follows: the success of each of several controllers, promises, failures and the comparison."""
+    several = len(results) > 1
+    successes = [success_text(name, summarise_runs(studied.judged)) for name, studied in results.items() if several]
+    failures = [f'{name}: {text}' if several else text for name, studied in results.items()
+                for text in failure_texts(studied.scenarios, studied.judged)]
+    compared = comparison_texts(_judged(results), request.metrics, request.settled_within)
+    return [*as_lines(successes), *brief_lines([one.promise for one in results.values()]),
+            *as_lines([*failures, *compared])]
 
 
 def study_columns(results: Mapping[str, StudiedController]) -> Sequence[str]:

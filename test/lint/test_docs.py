@@ -8,6 +8,7 @@ from pathlib import Path
 
 import metric_tables
 import pytest
+from each import each_row
 from notebook_page import markdown_of
 from parameter_table import insert_parameters, tables
 from robots_table import insert_robots
@@ -213,3 +214,11 @@ def test_the_search_of_the_site_works_from_a_disk(browser, tmp_path):
     WebDriverWait(browser.driver, 60).until(
         lambda driver: len(driver.find_elements('css selector', 'ul.search a')) > 5)
     assert not browser.errors()
+
+
+@each_row('page', ['README.md', 'docs/lockstep.md', 'docs/how_it_works.md'])
+def test_runs_are_promised_to_repeat_on_one_kind_of_processor(page):
+    sentences = re.split(r'[.:] ', ' '.join((DOCS.parent / page).read_text(encoding='utf-8').split()))
+    promised = [text for text in sentences if re.search(r'(runs|reruns)\b.*(last bit|are equal)', text)]
+    assert promised
+    assert all('one kind of processor' in text for text in promised)

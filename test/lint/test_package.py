@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 import yaml
+from each import each_row
 
 from mobile_robot_control import __version__
 
@@ -41,6 +42,24 @@ def _assert_installed(executables, library, more=''):
     assert 'robot.mass = -1.0' in done.stderr
     subprocess.run([executables / 'simulate', '--duration', '0.1', '--robot', 'chapter'], env=environment,
                    capture_output=True, timeout=120, check=True)
+
+
+@each_row('code', [0, 3])
+def test_the_installation_gives_signs_of_life_and_its_own_exit_code(tmp_path, code):
+    folder = tmp_path / str(code)
+    folder.mkdir()
+    printed = folder / 'printed'
+    for name, script in (('sleep', 'exec /bin/sleep 0.01'), ('activate', ''), ('python', f"""[ "$1" = -c ] && exit 0
+            for n in $(seq 5000); do grep -q '[.][.][.]$' '{printed}' && break; /bin/sleep 0.01; done; exit {code}""")):
+        (folder / name).write_text(f'#!/bin/sh\n{script}\n')
+        (folder / name).chmod(0o755)
+    with printed.open('w') as out:
+        done = subprocess.run(['make', 'setup', f'BIN={folder}', f'READY={folder / "ready"}'], cwd=ROOT, stdout=out,
+                              stderr=subprocess.PIPE, env=os.environ | {'PATH': f'{folder}:{os.environ["PATH"]}'},
+                              text=True, timeout=60, check=False)
+    assert done.returncode == (2 if code else 0), done.stderr
+    assert (folder / 'ready').exists() == (not code)
+    assert printed.read_text().startswith('installing into')
 
 
 @pytest.mark.timeout(200)

@@ -6,6 +6,7 @@ import sys
 
 from mobile_robot_control.cli import benchmark
 from mobile_robot_control.simulation import batch
+from mobile_robot_control.tuning.benchmark_cell import read_result, write_result
 
 TRACKS = {
     'pushed': """
@@ -48,10 +49,10 @@ def test_drawn_runs_are_the_same_over_dds_and_one_that_is_not_is_told(domain, tm
     assert [one['difference'] for one in json.loads((tmp_path / 'out' / 'verified.json').read_text())] == [''] * 2
     # gains that are not those of the table
     for file in (tmp_path / 'out' / 'cells').glob('*.json'):
-        cell = json.loads(file.read_text())
+        cell = read_result(file)
         for name, value in cell['results'][0]['gains'].items():
             cell['results'][0]['gains'][name] = value * (1.0 + 1e-6) if isinstance(value, float) else value
-        file.write_text(json.dumps(cell))
+        write_result(file, cell)
     changed = verify()
     assert changed.returncode == 1
     assert 'in the table' in changed.stderr

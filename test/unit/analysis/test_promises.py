@@ -11,6 +11,7 @@ from mobile_robot_control.analysis.margins import UNKNOWN, UNSTABLE, Margins
 from mobile_robot_control.analysis.modelled import EFFECTS, describe_model, drive_of, pattern_of, smooth_part
 from mobile_robot_control.analysis.promises import (
     Promise,
+    brief_lines,
     describe_scenarios,
     promise_lines,
     promise_values,
@@ -109,6 +110,18 @@ def test_every_effect_of_a_base_is_warned_of_until_it_is_modelled_or_ruled_out()
         'drive': 'velocity', 'ruled_out': ', '.join(BASE_EFFECTS.values())}})))
 
 
+@each_row(('values', 'ruled_out'), [
+    ({'odometry.jitter': 0.02}, 'base.command_jitter'), ({'base.command_jitter': 0.02}, 'odometry.jitter'),
+    ({'base.max_deceleration': [1.0, 2.0]}, 'base.max_acceleration'),
+    ({'noise.velocity': 0.1}, 'noise.pose'), ({}, 'base.lag'),
+])
+def test_an_effect_is_listed_once_though_one_of_its_parameters_is_on_and_another_ruled_out(values, ruled_out):
+    found = describe_model(configure({'plant': {'drive': 'velocity', 'ruled_out': ruled_out, **values}}))
+    listed = [*found.modelled, *found.ruled_out, *found.not_modelled]
+    assert len(listed) == len(set(listed))
+    assert len(found.ruled_out) == (not values)
+
+
 def test_what_is_ruled_out_is_a_parameter_that_is_off():
     def refused(**values):
         with pytest.raises(ParameterError) as refusal:
@@ -150,6 +163,18 @@ def test_the_lines_are_short_and_name_margins_with_their_places():
             '(10.0 position periods) at t = 2 s of the lap') in text
     assert 'velocity loop: gain margin 5.00 at t = 1 s of the lap, lower gain margin 0.25, delay margin 20 ms' in text
     assert 'not in the margins: limit of the torque; limit of the speed; limit of the acceleration; noise' in text
+
+
+def test_in_short_each_effect_stands_once_for_several_loops_after_all_warnings():
+    one, other = promised(gain=1.5), promised(lowest=0.6)
+    lines = brief_lines([one, other])
+    text = ' '.join(line.strip() for line in lines)
+    assert [text.count(f'{phrase}; ') for phrase in one.described.not_modelled[:-1]] == [1] * (
+        len(one.described.not_modelled) - 1)
+    assert text.count('plant.ruled_out') == text.count(' modelled: none') == 1
+    assert 'thin gain margin, 1.50' in lines[0]
+    assert text.count('position loop: ') == 2
+    assert text.count('velocity loop: ') == 2
 
 
 def test_what_is_beyond_the_search_and_what_is_unknown_is_told():

@@ -25,7 +25,7 @@ from mobile_robot_control.plugins import register
 from mobile_robot_control.simulation import batch
 from mobile_robot_control.system.interrupt import Interrupt
 from mobile_robot_control.tuning import benchmark_run
-from mobile_robot_control.tuning.benchmark import Benchmark, BenchmarkRequest
+from mobile_robot_control.tuning.benchmark import Benchmark, BenchmarkRequest, is_first, law_summaries
 
 TRACK = """
 track: {ros__parameters: {purpose: A curve of a hand's breadth., curves: [trifolium], scales: [0.05],
@@ -146,6 +146,39 @@ def test_a_law_of_a_file_ranks_beside_the_shipped_ones_and_those_that_fail_come_
     assert 'no answer' in (tmp_path / 'out' / 'benchmark.html').read_text()
 
 
+@each_row(('works', 'asked'), [('gains.k == 1.0', ['--budgets', 100]), ('False', []), ('True', ['--no-tune'])])
+def test_a_law_whose_search_drives_no_candidate_is_not_searched_has_no_rank_and_counts_in_no_mean(
+    track, tmp_path, capsys, works, asked
+):
+    """Its configured gains may work, which no search has tried."""
+    for name in ('one', 'two'):
+        (tmp_path / f'{name}.py').write_text(LAW.format(name=name, failure=f'v = v if {works} else 1e9'))
+    assert run(track, tmp_path / works, '--laws', 'one', 'kanayama', 'two', *asked, *(
+        word for name in ('one', 'two') for word in ('--law', tmp_path / f'{name}.py'))) == 0
+    searched = works == 'True'
+    values, table = read(tmp_path / works)
+    rows = [(row, cells) for row, cells in zip(values['results'], table, strict=True) if row['law'] != 'kanayama']
+    for row, cells in rows:
+        assert (row['rank'] is None) == (row['last_rank'] is None) == (cells['rank'] == '') == (not searched)
+        assert row['reason'].startswith('not searched: no individual') is not searched
+        assert cells['reason'] == row['reason']
+    alone = law_summaries(values)
+    assert [one.tables == 0 for one in alone] == [False] + [not searched] * 2
+    if not searched:
+        assert {row['last_rank'] for row in values['results'] if row['law'] == 'kanayama'} == {1}
+        assert [one.not_searched for one in alone] == [(), ('small',), ('small',)]
+    printed, page = capsys.readouterr().out, (tmp_path / works / 'benchmark.html').read_text()
+    assert ('one: not searched on small\n' in printed) is not searched
+    assert ('>not searched<' in page) is not searched
+    assert '>failed</td>' not in page
+
+
+def test_a_law_that_succeeds_in_fewer_than_half_of_the_runs_is_no_first():
+    row = {'rank': 1, 'last_rank': 3, 'runs': 100}
+    assert [is_first(row | {'successes': successes}) for successes in (0, 25, 49, 50, 100)] == [False] * 3 + [True] * 2
+    assert not is_first(row | {'successes': 100, 'rank': 2})
+
+
 def test_what_a_folder_holds_is_kept_unless_asked(track, tmp_path, capsys):
     out, words = tmp_path / 'out', ['--no-tune', '--laws', 'ramsete']
     assert run(track, out, *words) == 0
@@ -259,6 +292,61 @@ def test_what_cannot_be_compared_is_refused_by_name(track, tmp_path, capsys, mon
     with pytest.raises(SystemExit) if '--laws' in arguments else contextlib.nullcontext():
         assert run(track, tmp_path / 'out', *arguments) == 2
     assert told in capsys.readouterr().err
+
+
+@each_row(('said', 'told'), [
+    ('{initial_pose: 5}', 'initial_pose = 5'), ('{initial_pose: [a, b, c]}', 'initial_pose = ['),
+    ('{initial_pose: [1.0]}', 'initial_pose = ['), ('{initial_pose: {x: 1.0}}', 'initial_pose.x = 1.0'),
+    ('{gains: {b: [1.0, 2.0]}}', 'ramsete.b = [1.0, 2.0]'), ('{gains: {b: much}}', "ramsete.b = 'much'"),
+    ('{gains: {b: true}}', 'ramsete.b = True'), ('{gains: {b: -1.0}}', 'ramsete.b = -1.0'), ('{gains: {k: 1.0}}', 'k'),
+    ('{gains: 5.0}', 'ramsete.gains = 5.0'), ('{metrics: {iae: [1.0]}}', 'iae = [1.0]'),
+    ('{metrics: {iae: small}}', "iae = 'small'"), ('{metrics: {iae: .nan}}', 'iae = nan'),
+    ('{metrics: 5.0}', 'metrics = 5.0'), ('{metrics: {ieae: 1.0}}', "did you mean 'iae'?"),
+    ('{metrics: {peak_wheel_torque: 1.0}}', "no metric 'peak_wheel_torque'"),
+])
+def test_what_no_publication_can_report_is_refused_before_anything_runs(track, tmp_path, capsys, said, told):
+    track.write_text(f'{TRACK}\npublished: {{ros__parameters: {{ramsete: {said}}}}}')
+    assert run(track, tmp_path / 'out', '--laws', 'ramsete', '--no-tune') == 2
+    printed = capsys.readouterr().err
+    assert f'{track}: published: ' in printed
+    assert told in printed
+    assert not (tmp_path / 'out').exists()
+
+
+def test_a_published_number_that_a_run_does_not_have_is_a_dash(track, tmp_path, capsys):
+    track.write_text(f'{TRACK}\npublished: {{ros__parameters: {{ramsete: {{metrics: {{energy: 1.0, iae: 1}}}}}}}}')
+    assert run(track, tmp_path / 'out', '--laws', 'ramsete', '--no-tune') == 0
+    assert 'energy – (1 published), iae 0.' in capsys.readouterr().out
+
+
+@each_row('damage', [
+    b'', b'null', b'5', b'"results"', b'{}', b'[1]', b'\xff\xfe\x00', b'9' * 5000, b'[' * 100_000, b'{"a":' * 100_000,
+    lambda whole: whole[:len(whole) // 2], lambda whole: whole.replace(b'true', b'false', 1),
+    lambda whole: json.dumps(json.loads(whole)['cell']).encode(), lambda whole: whole.decode().encode('utf-16') + b'x',
+    'fifo', 'folder', 'endless',
+], name=lambda damage: str(damage)[:20])
+def test_a_damaged_cell_is_told_by_name_before_anything_runs(track, tmp_path, capsys, monkeypatch, damage):
+    out = tmp_path / 'out'
+    words = ['--no-tune', '--laws', 'ramsete', 'kanayama', '--runs', 2]
+    assert run(track, out, *words, '--overwrite') == 0
+    cell, *_ = sorted((out / 'cells').iterdir())
+    whole = cell.read_bytes()
+    cell.unlink()
+    if isinstance(damage, str):
+        {'fifo': os.mkfifo, 'folder': os.mkdir, 'endless': lambda file: file.symlink_to('/dev/zero')}[damage](cell)
+    else:
+        cell.write_bytes(damage(whole) if callable(damage) else damage)
+    for more in ('--resume', '--verify'):
+        with monkeypatch.context() as patch:
+            patch.setattr(benchmark_run, 'run_cell', _damaged)
+            assert run(track, out, *words, more) == 2
+        assert f'{cell}: ' in (printed := capsys.readouterr().err)
+        assert 'remove it, and --resume' in printed
+    if damage == 'folder':
+        cell.rmdir()
+    else:
+        cell.unlink()
+    assert run(track, out, *words, '--resume') == 0
 
 
 def generations(folder):

@@ -85,11 +85,43 @@ def test_result_file_history_and_picture_agree(tmp_path, monkeypatch, capsys):
     assert 'id="search-data"' in output.with_suffix('.html').read_text(encoding='utf-8')
     assert not list(output.parent.glob('*.journal'))
     printed = capsys.readouterr().out.splitlines()
-    assert f'objective {objective:.6g} after 6 generations' in printed[0]
-    # what was modelled and the margins are the end of what is printed, and of the head
-    assert printed[1].startswith('modelled: ')
-    assert any(line.startswith('position loop: ') for line in printed)
-    assert [f'# {line}' for line in printed[1:]] == head[-len(printed) + 1:]
+    answer = ' '.join(line.strip() for line in printed[:2])
+    assert f'found.yaml: the gains found are better: objective {objective:.6g} after 6 generations, ' in answer
+    assert any(f'the gains found are better: objective {objective:.6g} after 6 generations' in line for line in head)
+    assert printed[-1] == f'page: {output.with_suffix(".html")}'
+    assert len(printed) <= 17
+    for start in ('modelled: ', 'not modelled: ', 'position loop: '):
+        assert sum(line.startswith(start) for line in printed) == 1
+        assert sum(line.startswith(f'# {start}') for line in head) == 1
+    for text in (' '.join(printed), ' '.join(head)):
+        assert text.count('latency of odometry') == 1
+
+
+@each_row(('generations', 'kept'), [(4, False), (1, True)])
+def test_the_better_of_found_and_configured_gains_is_written_and_the_first_sentence_says_which(
+    tmp_path, capsys, generations, kept
+):
+    configured, output = tmp_path / 'configured.yaml', tmp_path / 'found.yaml'
+    configured.write_text('/**/position_controller: {ros__parameters: {backstepping: {p: 1.e-6, g: 1.e-6}}}')
+    if kept:
+        # the first generation of the search that has found them
+        assert run(configured, 6, '--overwrite') == 0
+        capsys.readouterr()
+    assert run(output, generations, '--params-file', configured, '--overwrite') == 0
+    parameters = configure(load([output]))
+    ours = parameters.position_controller.control.backstepping == configure(
+        load([configured])).position_controller.control.backstepping
+    assert ours is kept
+    objective = summary(measure(parameters, 0.5))['objective']
+    first = ' '.join(line.strip() for line in capsys.readouterr().out.splitlines()[:2])
+    told = (f'found.yaml: the configured gains are better and stay: objective {objective:.6g}, and ' if kept else
+            f'found.yaml: the gains found are better: objective {objective:.6g} after 4 generations')
+    assert told in first
+    assert told.partition(': ')[2] in output.read_text()
+    assert f'objective {objective!r}' in output.read_text()
+    # the history is that of the search
+    best = float(output.with_suffix('.csv').read_text().splitlines()[-1].split(',')[1])
+    assert (best > 1.001 * objective) is kept
 
 
 def test_the_same_seed_gives_the_same_files_for_any_number_of_workers(tmp_path):

@@ -7,12 +7,17 @@ NUMBERS = {'rms': 0.01, 'rms_95': 0.02, 'worst': 0.2, 'settling_time': 1.0, 'pea
 ROW = {'track': 'noise', 'seed': 1, 'budget': 500, 'runs': 10, 'successes': 10, 'success_interval': [0.72, 1.0],
        'shared': 9, 'reason': '', 'score': 4.0, 'fed_successes': 10, 'gains': {'position_controller.lqr.q1': 1.5}}
 VALUES = {
-    'hash': 'abcd', 'laws': ['lqr', 'fuzzy', 'broken'], 'seeds': [1], 'budgets': [500], 'scenarios': 8, 'runs': 10,
+    'hash': 'abcd', 'laws': ['lqr', 'fuzzy', 'rare', 'unknown', 'broken'], 'seeds': [1], 'budgets': [500],
+    'scenarios': 8, 'runs': 10,
     'tracks': {'noise': {'purpose': 'Sensors are noisy & loud.', 'source': 'A book', 'published': [
         {'law': 'lqr', 'gains': {'q1': 2.0}, 'published': {'iae': 0.1}, 'ours': {'iae': 0.1}}]}},
     'results': [
         ROW | NUMBERS | {'law': 'lqr', 'rank': 1, 'last_rank': 1},
         ROW | NUMBERS | {'law': 'fuzzy', 'rank': 2, 'last_rank': 2, 'rms': 0.2, 'successes': 9},
+        ROW | dict.fromkeys(NUMBERS) | {'law': 'rare', 'rank': 1, 'last_rank': 3, 'successes': 2,
+                                        'success_interval': [0.06, 0.5]},
+        ROW | dict.fromkeys(NUMBERS) | {'law': 'unknown', 'rank': None, 'last_rank': None, 'successes': 0, 'runs': 0,
+                                        'reason': 'not searched: no individual', 'success_interval': None},
         ROW | dict.fromkeys(NUMBERS) | {'law': 'broken', 'rank': 3, 'last_rank': 3, 'successes': 0, 'runs': 0,
                                         'reason': 'at t = 0 s: <b>no answer</b>', 'success_interval': None}],
 }
@@ -31,14 +36,16 @@ def test_it_sorts_fits_answers_in_a_sentence_and_shows_a_reason_as_text(browser,
         assert browser.evaluate('document.documentElement.scrollWidth <= innerWidth')
         assert browser.violations() == []
         assert browser.evaluate('document.querySelectorAll(".multiples figure").length') == 2
-    assert browser.evaluate(LAWS) == ['lqr', 'fuzzy', 'broken']
+    assert browser.evaluate(LAWS) == ['lqr', 'fuzzy', 'rare', 'unknown', 'broken']
+    assert browser.evaluate('[...document.querySelectorAll(".best")].map(one => one.textContent)') == ['1']
     # what is not known stays last
-    for order in (['lqr', 'fuzzy', 'broken'], ['fuzzy', 'lqr', 'broken']):
+    rest = ['rare', 'unknown', 'broken']
+    for order in (['lqr', 'fuzzy', *rest], ['fuzzy', 'lqr', *rest]):
         browser.evaluate(PRESS)
         assert browser.evaluate(LAWS) == order
     assert browser.errors() == []
     text = file.read_text()
-    assert answer(VALUES) == ('lqr has the best mean rank, 1.0, of 3 laws; on 1 of 1 tracks no law is better for '
+    assert answer(VALUES) == ('lqr has the best mean rank, 1.0, of 5 laws; on 1 of 1 tracks no law is better for '
                               'certain.')
     assert answer(VALUES) in text
     assert '<b>no answer</b>' not in text

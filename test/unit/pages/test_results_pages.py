@@ -49,8 +49,23 @@ def test_a_sentence_names_the_laws_to_which_none_is_better():
 
 def test_a_row_of_a_law_that_failed_says_so():
     changed = copy.deepcopy(VALUES)
-    next(row for row in changed['results'] if row['rank'] > 1).update(reason='it diverges', rms=None)
+    next(row for row in changed['results'] if (row['rank'] or 0) > 1).update(reason='it diverges', rms=None)
     assert any('failed' in line for line in table_lines(changed))
+
+
+def test_a_law_that_was_not_searched_says_so_in_each_table_and_counts_in_no_mean_and_half_success_makes_no_first():
+    changed = copy.deepcopy(VALUES)
+    best = benchmark_results.law_summaries(VALUES)[0]
+    row = benchmark_results.Rows(changed).row('rectangle', best.law)
+    row.update(rank=None, last_rank=None, reason='not searched: no individual could be scored', runs=0, successes=0)
+    rows = [line for line in table_lines(changed) if line.startswith('| rectangle |')]
+    assert ' not searched |' in rows[0]
+    counts = {line.split('|')[1].strip(): line for line in benchmark_results.summary_table(changed)}
+    assert f' {best.tables - 1} |' in counts['searched on']
+    # a quarter of its runs
+    for one in changed['results']:
+        one['successes'] = one['runs'] // 4
+    assert '**' not in ''.join(benchmark_results._cell(one) for one in changed['results'])
 
 
 def test_ranks_by_seed_and_budget_are_shown_only_where_they_were_measured():

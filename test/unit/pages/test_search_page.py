@@ -69,7 +69,8 @@ def test_the_page_of_a_search_begins_with_what_it_has_changed(holds, tmp_path):
     file, moved = tmp_path / 'found.html', run('run', 'fuzzy')
     for after, answer in (
             (4.2, 'The search lowered the objective of the configured run by 47.5 %, from 8 to 4.2.'),
-            (8.0, 'The search did not lower the objective of the configured run: 8 before, 8 after.')):
+            (8.0, 'The search found no better gains than those configured, which stay, with an objective of 8.'),
+            (9.0, 'The search did not lower the objective of the configured run: 8 before, 9 after.')):
         runs = [moved._replace(name=name, metrics={'objective': value})
                 for name, value in (('before', 8.0), ('after', after))]
         write_search_page(file, 'fuzzy', HISTORY, runs, holds._replace(spread=(0.009, 0.01, 0.012)), SVG,
