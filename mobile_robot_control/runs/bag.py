@@ -61,16 +61,18 @@ def choose_topics(namespace: str, topics: Mapping[str, str], held: Set[str]) -> 
         The loop's name of each topic by its name in the bag, and the topics the bag lacks, in words.
     """
     prefix = namespace.rstrip('/') + '/'
-    chosen, problems = {prefix + name: name for name in NAMES}, []
+    renamed: dict[str, str] = {}
+    problems = []
     for name, given in topics.items():
         other = given if given.startswith('/') else prefix + given
         if other in held:
-            del chosen[prefix + name]
-            chosen[other] = name
+            renamed[other] = name
         else:
             instead = f'{prefix + name} is taken' if prefix + name in held else f'it holds {_listed(held)}'
             problems.append(f'--topic {name}:={given}: the bag has no {other}; {instead}')
-    return chosen, problems
+    usual = {prefix + name: name for name in NAMES if name not in renamed.values()}
+    # another name may be the usual one of another topic
+    return usual | renamed, problems
 
 
 def missing_topics(names: Mapping[str, str], silent: Collection[str], held: Set[str]) -> Iterator[str]:
