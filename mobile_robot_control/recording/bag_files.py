@@ -22,6 +22,12 @@ from mobile_robot_control.system.texts import shortened
 _ENDINGS = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
 
 
+def bag_folder(folder: Path) -> Path | None:
+    """Return the folder of the bag in a folder: itself, or its `bag`, as of an experiment; None if there is no bag."""
+    return next((one for one in (folder, folder / 'bag') if (one / 'metadata.yaml').is_file() or any(
+        any(one.glob(f'*{ending}')) for ending in _ENDINGS)), None)
+
+
 class BagFiles:
     """
     Reads the files of a bag; nothing is changed.
@@ -29,7 +35,7 @@ class BagFiles:
     Parameters
     ----------
     path : Path
-        The bag's folder, or one file of it.
+        The bag's folder, one file of it, or the folder of an experiment.
     progress : callable
         Called with the progress of the reading.
 
@@ -44,7 +50,7 @@ class BagFiles:
     def __init__(self, path: Path, progress: ProgressCallback) -> None:
         self.problems: list[str] = []
         self.topics: set[str] = set()
-        self._path, self._progress = path, progress
+        self._path, self._progress = (bag_folder(path) if path.is_dir() else None) or path, progress
 
     def messages(self, wanted: Callable[[str], bool]) -> Iterator[Message]:
         """Yield the messages of wanted topics, in the order of the files."""
