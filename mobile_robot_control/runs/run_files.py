@@ -22,7 +22,7 @@ from mobile_robot_control.system.files import (
 )
 from mobile_robot_control.system.texts import printable, shortened
 
-_BAGS = ('.mcap', '.db3')
+_BAGS = ('.mcap', '.db3', '.bag')
 """Endings of the files in a bag."""
 
 
