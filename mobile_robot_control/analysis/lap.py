@@ -126,8 +126,8 @@ def followed_lap(configuration: Configuration) -> Iterator[FollowedTick]:
     if steps > _MOST_STEPS:
         raise NotFollowedError(f'a lap of {course.period:g} s and what comes before take {steps} velocity periods, '
                                f'and more than {_MOST_STEPS} are too many')
-    state, law = start(at_cart_start(configuration))[1], LAWS[configuration.position_controller.control.controller_type]
-    state = state._replace(law=law.start if law.joining is None else law.joining)
+    begun, law = start(at_cart_start(configuration))[1], LAWS[configuration.position_controller.control.controller_type]
+    state = begun._replace(law=law.start if law.joining is None else law.joining)
     period = period_nanoseconds(1.0 / dt)
     references_at = references_along(course, configuration.plant.shared.reference_horizon)
     references = references_at(0, period)
@@ -139,6 +139,6 @@ def followed_lap(configuration: Configuration) -> Iterator[FollowedTick]:
             yield FollowedTick(k, time, before, state.command, references, following[0])
         for j in range(lap.ratio):
             state = lap.velocity_tick(state, k + j, lap.loop)[0]
-        if dynamics.diverged(state.plant):
+        if dynamics.diverged(state.plant, begun.plant.pose):
             raise NotFollowedError('the motion diverges; lower the gains')
         references = following

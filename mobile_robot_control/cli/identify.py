@@ -103,10 +103,11 @@ def _run(options: argparse.Namespace) -> int:
 
 def _check(request: IdentificationRequest) -> int:
     """Print what bags lack; 1 where nothing can be identified from them."""
-    lacks = read_inputs(request).lacks
-    for lack in lacks:
-        print(printable(str(lack)))
-    if not lacks:
+    inputs = read_inputs(request)
+    lacks = inputs.lacks
+    for told in (*lacks, *inputs.problems):
+        print(printable(str(told)))
+    if not (lacks or inputs.problems):
         print('nothing is missing')
     return 1 if any(lack.is_vital for lack in lacks) else 0
 

@@ -19,6 +19,8 @@ from mobile_robot_control.system.texts import printable, shortened
 
 Values = dict[str, dict[str, Any]]
 PATH_FILE = 'path.file'
+TRACK = 'track'
+"""The section of a benchmark's track, whose file may name no node."""
 Override = str | tuple[str, Any]
 """One parameter: ``NODE.PARAMETER:=VALUE`` with a value in YAML, or name and value."""
 
@@ -183,6 +185,20 @@ def merge_sections(
     return values
 
 
+def files_of_others(sections: Iterable[tuple[str, str]], names: Mapping[str, str]) -> list[str]:
+    """Describe the files of which no section is for one of the four nodes, from pairs of a file and its section."""
+    found: dict[str, list[str]] = {}
+    ours: set[str] = set()
+    for file, section in sections:
+        found.setdefault(file, []).append(section)
+        if (addressed_nodes(section, names) or unreached(section, names) or elsewhere(section, names)
+                or section.strip('/') == TRACK):
+            ours.add(file)
+    return [f"{file}: no section names a node of this package, only {shortened(', '.join(others), 60)}; write "
+            f"'/**' or one of {', '.join(names)}, or leave the file out"
+            for file, others in found.items() if file not in ours]
+
+
 def located(values: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Return values with an absolute path of the waypoints, relative to the folder of the file that names them."""
     file = values.get(PATH_FILE)
@@ -212,17 +228,20 @@ def load(files: Sequence[str | Path], overrides: Sequence[Override] = (), namesp
     Raises
     ------
     ParameterError
-        If a file or an override cannot be read, or names a parameter that no node declares.
+        If a file or an override cannot be read, names a parameter that no node declares, or is for other nodes alone.
 
     """
     sources = [(str(path), section, located(values, Path(path).parent))
                for path in files for section, values in read_parameter_file(path)]
+    names = full_names(namespace)
+    if foreign := files_of_others(((file, section) for file, section, _ in sources), names):
+        raise ParameterError(foreign)
     for override in overrides:
         source, section, values = read_override(override)
         values = located(values, Path())
         # an override names a node without its namespace
         sources.append((source, section if section == '/**' else f'/**/{section.strip("/")}', values))
-    return merge_sections(sources, full_names(namespace))
+    return merge_sections(sources, names)
 
 
 def parameter_file_text(values: Mapping[str, Mapping[str, Any]]) -> str:

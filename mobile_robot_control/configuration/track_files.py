@@ -7,7 +7,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from mobile_robot_control.configuration.files import PATH_FILE, read_parameter_file
+from mobile_robot_control.configuration.files import PATH_FILE, TRACK, read_parameter_file
 from mobile_robot_control.configuration.robot_files import shipped_folder
 from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.model.actuators import LONGEST_DELAY
@@ -22,7 +22,7 @@ from mobile_robot_control.reference.waypoints import WAYPOINTS
 from mobile_robot_control.system.files import read_bounded
 from mobile_robot_control.system.texts import shortened
 
-_SECTION, _PUBLISHED = 'track', 'published'
+_PUBLISHED = 'published'
 
 
 class TrackParameters(NamedTuple):
@@ -126,13 +126,13 @@ def read_track(given: str) -> Track:
                               'of your own is named by its path, such as ./my_track.yaml'])
     file = shipped.get(given, Path(given))
     sections = {name.strip('/'): values for name, values in read_parameter_file(file)}
-    if _SECTION not in sections:
-        raise ParameterError([f"{file}: has no section '{_SECTION}'; write 'track: {{ros__parameters: {{purpose: "
+    if TRACK not in sections:
+        raise ParameterError([f"{file}: has no section '{TRACK}'; write 'track: {{ros__parameters: {{purpose: "
                               "...}}}}'"])
     try:
-        parameters = make_request(TrackParameters, sections[_SECTION])
+        parameters = make_request(TrackParameters, sections[TRACK])
     except ParameterError as error:
-        raise ParameterError(f'{file}: {_SECTION}: {violation}' for violation in error.violations) from None
+        raise ParameterError(f'{file}: {TRACK}: {violation}' for violation in error.violations) from None
     if any(values.get('curve') == PATH for values in sections.values()):
         parameters = parameters._replace(curves=(PATH,), scales=parameters.scales[:1])
     source, published = _published(file, sections.get(_PUBLISHED, {}))

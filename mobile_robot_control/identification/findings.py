@@ -8,7 +8,7 @@ import numpy as np
 from mobile_robot_control.figures.lines import Floats
 from mobile_robot_control.identification.base_search import BaseFit, excited_by
 from mobile_robot_control.identification.estimation import Estimate
-from mobile_robot_control.identification.recorded import Recorded
+from mobile_robot_control.identification.recorded import STILL, Recorded
 from mobile_robot_control.identification.result import Prediction
 
 _SHORTEST = 10.0
@@ -20,7 +20,6 @@ _SURE = 5.0
 """... if it is so many times its random value."""
 _SLIGHT = 0.01
 """Residuals below this share of the motion are not reported."""
-_STILL = 1e-3
 _EXCITE = 'record a minute of starts, stops, slow and fast commands, such as those of the command excite'
 
 
@@ -57,15 +56,17 @@ def _cuts(recordings: Sequence[Recorded]) -> Iterator[Lack]:
 
 def _lacks_of_velocity(recordings: Sequence[Recorded]) -> Iterator[Lack]:
     held = ', '.join(sorted({topic for one in recordings for topic in one.held})) or 'nothing'
-    if not any(one.commands for one in recordings):
-        yield Lack('there is no cmd_vel', f'record it, or name it with --topic cmd_vel:=/NAME; there is {held}', True)
-    if not any(one.motion for one in recordings):
-        yield Lack('there is no odom', f'record it, or name it with --topic odom:=/NAME; there is {held}', True)
+    for topic, is_there in (('cmd_vel', any(one.commands for one in recordings)),
+                            ('odom', any(one.motion for one in recordings))):
+        reasons = [one.unusable[topic] for one in recordings if topic in one.unusable]
+        if not is_there:
+            yield Lack(f'{topic} is recorded, but of no use ({reasons[0]})' if reasons else f'there is no {topic}',
+                       f'record it, or name it with --topic {topic}:=/NAME; there is {held}', True)
     usable = [one for one in recordings if one.commands and one.motion]
     if not usable:
         return
     moves = [np.abs(one.motion.speeds[one.motion.usable]).max(axis=0, initial=0.0) for one in usable if one.motion]
-    if (np.max(moves, axis=0) < _STILL).all():
+    if any(one.motion.usable.any() for one in usable if one.motion) and (np.max(moves, axis=0) < STILL).all():
         yield Lack('the robot stands', _EXCITE, True)
         return
     seconds = sum(float(np.diff(one.motion.times)[one.motion.usable].sum()) for one in usable if one.motion)

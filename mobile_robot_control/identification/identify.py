@@ -28,7 +28,8 @@ class IdentificationRequest(NamedTuple):
     """The request of an identification."""
 
     sources: ParameterSources
-    bags: Annotated[tuple[str, ...], Field('', 'bags of one robot, mcap or sqlite3'), Reader(fspath, 'BAG')]
+    bags: Annotated[tuple[str, ...], Field('', 'bags of one robot, mcap or sqlite3, or folders of `experiment`'),
+                    Reader(fspath, 'BAG')]
     namespace: Annotated[str, Field('', 'namespace of the nodes in the bags'), Reader(read_namespace, 'NS')] = '/'
     topic: Topics = ()
     same_clock: Annotated[bool, Field('', 'one clock stamped and recorded commands and odometry: separate dead time '
@@ -43,6 +44,11 @@ class Inputs(NamedTuple):
     takes_velocity: bool
     lacks: list[findings.Lack]
 
+    @property
+    def problems(self) -> list[str]:
+        """What could not be read, after the name of its bag."""
+        return [f'{one.name}: {problem}' for one in self.recordings for problem in one.problems]
+
 
 def read_inputs(request: IdentificationRequest, progress: ProgressCallback = lambda *_: None) -> Inputs:
     """Read the recordings of a request; raise ParameterError if one cannot be read."""
@@ -50,7 +56,7 @@ def read_inputs(request: IdentificationRequest, progress: ProgressCallback = lam
     topics, recordings, problems = topic_names(request.topic), [], []
     for bag in request.bags:
         try:
-            recordings.append(read_recorded(Path(bag), request.namespace, topics, progress))
+            recordings += read_recorded(Path(bag), request.namespace, topics, progress)
         except BagError as error:
             problems.append(str(error))
     if problems:
@@ -96,7 +102,7 @@ def identify(
         raise UnidentifiableError([*made.open, *made.lacking])
     return made._replace(
         open=(*map(str, inputs.lacks), *made.open),
-        notes=(*made.notes, *(f'{one.name}: {problem}' for one in inputs.recordings for problem in one.problems)),
+        notes=(*made.notes, *inputs.problems),
         provenance=provenance(command_line, inputs.configuration))
 
 

@@ -13,6 +13,7 @@ from mobile_robot_control.recording.columns import COLUMNS, GROUND_TRUTH
 from mobile_robot_control.recording.mcap_stream import ProgressCallback
 from mobile_robot_control.runs.bag import Contents, read_contents
 from mobile_robot_control.runs.series import Signal
+from mobile_robot_control.stamps import NANOSECONDS
 
 _LONGEST = 5.0
 """Usual intervals: over longer ones the robot's motion is unknown."""
@@ -22,10 +23,14 @@ _SILENCE = 0.5
 """[s] without a command: a gap."""
 _STEP = 0.1
 """Share of the range of commands that counts as a step."""
+STILL = 1e-3
+"""[m/s], [rad/s]: a slower robot stands."""
+_BREAK = 60.0
+"""[s]: a longer silence of all topics, or a larger step of a clock, divides a recording."""
 _BEYOND = 3.0
 """Times the usual largest speed: a faster jump of odometry is no motion."""
-
-
+_FEW = 2
+"""So few messages of a topic tell nothing."""
 Mask = NDArray[np.bool_]
 
 
@@ -96,6 +101,8 @@ class Recorded(NamedTuple):
         Read errors, in words.
     held : tuple of str
         Topics of the bag.
+    unusable : dict of str to str
+        The reason, in words, for each topic of the loop that the bag holds without use.
     """
 
     name: str
@@ -109,29 +116,62 @@ class Recorded(NamedTuple):
     clocks: dict[str, Clock]
     problems: tuple[str, ...]
     held: tuple[str, ...]
+    unusable: dict[str, str]
 
 
 def read_recorded(
     path: Path, namespace: str = '/', topics: Mapping[str, str] | None = None,
     progress: ProgressCallback = lambda *_: None,
-) -> Recorded:
+) -> list[Recorded]:
     """
-    Read a recording from a bag.
+    Read a recording from a bag, or the parts of one with long breaks.
 
     Raises
     ------
-    If the path is no readable bag.
+    BagError
         If it is not a bag that can be read.
     """
     return recorded_from(path.name, read_contents(path, namespace, progress, topics, any_frame=True))
 
 
-def recorded_from(name: str, contents: Contents) -> Recorded:
-    """Make a recording from the topics of a bag."""
+def recorded_from(name: str, contents: Contents) -> list[Recorded]:
+    """Make recordings from the topics of a bag: one, or one for each part between long breaks."""
     signals = {topic: contents.series.signals[topic] for topic in (
         'cmd_vel', 'odom', 'joint_states', 'wheel_torques', GROUND_TRUTH)}
     signals['odom'] = _without_repeats(signals['odom'])
-    known = {topic: signal for topic, signal in signals.items() if signal.stamps.size > 2}
+    parts = _between_breaks(signals)
+    problems = list(contents.problems)
+    if len(parts) > 1:
+        problems.append(f'there are breaks of more than {_BREAK:g} s, or steps of a clock: {len(parts)} parts are '
+                        'taken, each as a recording of its own')
+    unusable = {
+        topic: '; '.join(problem for problem in problems if f' {sought}: ' in problem) or 'fewer than 3 messages'
+        for sought, topic in contents.names.items() if sought in contents.held and signals.get(
+            topic, contents.series.signals[topic]).stamps.size <= _FEW}
+    about = tuple(problems), tuple(sorted(contents.held)), unusable
+    return [_recording(name if n == 0 else f'{name}, part {n + 1}', part, *(about if n == 0 else ((), *about[1:])))
+            for n, part in enumerate(parts)]
+
+
+def _between_breaks(signals: Mapping[str, Signal]) -> list[dict[str, Signal]]:
+    """Return the parts of a recording between its breaks, without those that show no motion."""
+    received = np.sort(np.concatenate([signal.received for signal in signals.values()]))
+    steps = [(received, np.diff(received))]
+    steps += [(one.received, np.abs(np.diff(one.stamps) - np.diff(one.received))) for one in signals.values()]
+    breaks = sorted(time for times, sizes in steps for time in times[1:][sizes > NANOSECONDS * _BREAK].tolist())
+    places = {topic: np.digitize(signal.received, breaks) for topic, signal in signals.items()}
+    parts = [{topic: Signal(*(column[places[topic] == n] for column in signal)) for topic, signal in signals.items()}
+             for n in range(len(breaks) + 1)]
+    return [part for part in parts if max(part[topic].stamps.size for topic in ('odom', 'joint_states')) > _FEW
+            ] or [dict(signals)]
+
+
+def _recording(
+    name: str, signals: Mapping[str, Signal], problems: tuple[str, ...], held: tuple[str, ...],
+    unusable: dict[str, str],
+) -> Recorded:
+    """Make one recording from its topics."""
+    known = {topic: signal for topic, signal in signals.items() if signal.stamps.size > _FEW}
     origin = min((int(signal.stamps[0]) for signal in known.values()), default=0)
     on_receipt = all(map(is_wall, known.values()))
     clocks = {topic: read_clock(signal, origin, on_receipt) for topic, signal in known.items()}
@@ -145,8 +185,8 @@ def recorded_from(name: str, contents: Contents) -> Recorded:
     motion = _motion_of(odometry, commands) if odometry else None
     torques, wheels = _wheels(signals['joint_states'], clocks['joint_states']) if 'joint_states' in clocks else (
         None, None)
-    return Recorded(name, commands, odometry, motion, poses(GROUND_TRUTH), torques, asked, wheels, clocks,
-                    tuple(contents.problems), tuple(sorted(contents.held)))
+    return Recorded(name, commands, odometry, motion, poses(GROUND_TRUTH), torques, asked, wheels, clocks, problems,
+                    held, unusable)
 
 
 def _without_repeats(odom: Signal) -> Signal:
@@ -172,7 +212,8 @@ def _motion_of(odometry: Poses, commands: Commands | None) -> Motion:
     times, moved = odometry.times, moved_between(odometry.values)
     intervals = np.diff(times)
     speeds = np.abs(moved) / intervals[:, None]
-    usual = np.quantile(speeds, 0.995, axis=0)
+    # a robot may stand for all but a moment of a recording
+    usual = np.array([np.quantile(one[one > STILL], 0.995) if (one > STILL).any() else 0.0 for one in speeds.T])
     usable = (intervals < _LONGEST * np.median(intervals)) & (speeds <= _BEYOND * usual + 0.1).all(axis=1)
     if (speeds[:3] > 0.1 * usual + 1e-3).any():
         usable &= times[1:] > times[0] + _SETTLING

@@ -49,7 +49,7 @@ def identify_base(
 ) -> Identification:
     """Identify a base; raise UnidentifiableError if its odometry does not follow the commands."""
     robot, given = configuration.plant.shared.robot, configuration.plant.model.base
-    usable = [one for one in recordings if one.commands and one.motion]
+    usable = [one for one in recordings if one.commands and one.motion and one.motion.usable.any()]
     seen = [one for one in usable if one.truth]
     calibration = outside.calibrate(seen, robot) if seen else None
     if calibration:

@@ -40,9 +40,9 @@ def at_rest(pose: Pose) -> PlantState:
 
 
 @jitable
-def diverged(state: PlantState) -> bool:
-    """Return whether a position or a velocity is not finite or beyond 1e6."""
-    within = (abs(state.pose.x) < _BEYOND and abs(state.pose.y) < _BEYOND
+def diverged(state: PlantState, start: Pose) -> bool:
+    """Return whether a velocity, or a distance from the start along x or y, is not finite or beyond 1e6."""
+    within = (abs(state.pose.x - start.x) < _BEYOND and abs(state.pose.y - start.y) < _BEYOND
               and abs(state.velocity.linear) < _BEYOND and abs(state.velocity.angular) < _BEYOND)
     return not within
 

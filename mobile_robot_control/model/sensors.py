@@ -120,8 +120,8 @@ def advance_sensors(
     constants : SensorConstants
         Of the run.
     """
-    # the run ends here, and the sine of infinity would raise
-    if diverged(plant_state):
+    # the run ends here, and the sine of infinity would raise; a finite position is no harm
+    if diverged(plant_state, plant_state.pose):
         return sensors
     odometry = constants.odometry
     now = encoder_angles(plant_state.right_angle, plant_state.left_angle, constants.encoders)

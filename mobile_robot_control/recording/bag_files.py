@@ -19,7 +19,14 @@ from mobile_robot_control.recording.mcap_stream import (
 from mobile_robot_control.system.files import BAG, METADATA, open_bounded, read_bounded
 from mobile_robot_control.system.texts import shortened
 
-_ENDINGS = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
+_ROS1 = b'#ROSBAG V'
+_ENDINGS = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd', '.bag')
+
+
+def bag_folder(folder: Path) -> Path | None:
+    """Return the folder of the bag in a folder: itself, or its `bag`, as of an experiment; None if there is no bag."""
+    return next((one for one in (folder, folder / 'bag') if (one / 'metadata.yaml').is_file() or any(
+        any(one.glob(f'*{ending}')) for ending in _ENDINGS)), None)
 
 
 class BagFiles:
@@ -29,7 +36,7 @@ class BagFiles:
     Parameters
     ----------
     path : Path
-        The bag's folder, or one file of it.
+        The bag's folder, one file of it, or the folder of an experiment.
     progress : callable
         Called with the progress of the reading.
 
@@ -44,7 +51,7 @@ class BagFiles:
     def __init__(self, path: Path, progress: ProgressCallback) -> None:
         self.problems: list[str] = []
         self.topics: set[str] = set()
-        self._path, self._progress = path, progress
+        self._path, self._progress = (bag_folder(path) if path.is_dir() else None) or path, progress
 
     def messages(self, wanted: Callable[[str], bool]) -> Iterator[Message]:
         """Yield the messages of wanted topics, in the order of the files."""
@@ -58,6 +65,9 @@ class BagFiles:
                            'name the folder that `experiment` or `ros2 bag record` wrote')
         unpacked = self._unpacked if self._compression() == 'message' else iter
         for file in files:
+            if _is_of_ros1(file):
+                raise BagError(f'{file}: is a bag of ROS 1; convert it to a folder of ROS 2, such as with '
+                               f'`rosbags-convert --src {file.name} --dst {file.stem}`, and name that')
             yield from unpacked(self._of_file(file, wanted))
 
     def _of_file(self, file: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
@@ -115,6 +125,15 @@ class BagFiles:
                                  'and was read up to there')
         finally:
             reader.close()
+
+
+def _is_of_ros1(file: Path) -> bool:
+    """Return whether a file begins as a bag of ROS 1."""
+    try:
+        with open_bounded(file, BAG) as stream:
+            return stream.read(len(_ROS1)) == _ROS1
+    except (OSError, ValueError):
+        return False
 
 
 def _unreadable(file: Path, error: Exception) -> BagError:

@@ -21,6 +21,8 @@ MOST = 50_000
 """Most waypoints of a path."""
 _SAME = 1e-6
 """[m]: nearer waypoints count as equal."""
+_NO_ENTRY = 'is no [x, y], [x, y, speed] or {x: ..., y: ..., speed: ...}; write one of these'
+_AGAIN = 'is the waypoint before it; leave it out'
 
 
 class Waypoints(NamedTuple):
@@ -150,48 +152,60 @@ def checked_waypoints(rows: Sequence[tuple[str, Sequence[Any]]], source: str) ->
     Raises
     ------
     ParameterError
-        With the first few violations.
+        With the first violation of each kind.
 
     """
-    violations: list[str] = []
+    violations: dict[str, list[str]] = {}
     points: list[tuple[float, float]] = []
     speeds: list[float] = []
     places: list[str] = []
     for place, row in rows:
+        if not row:
+            violations.setdefault(_NO_ENTRY, []).append(f'{place}: {_NO_ENTRY}')
+            continue
         fields = list(row[:2]) + [field for field in row[2:] if field != '']
         wrong = _row_violation(fields)
         if wrong:
-            violations.append(f'{place}: {wrong}')
+            violations.setdefault(wrong.rule, []).append(f'{place}: {wrong.told}{wrong.rule}')
             continue
         x, y, *limit = map(float, fields)
         if points and math.hypot(x - points[-1][0], y - points[-1][1]) < _SAME:
-            violations.append(f'{place}: ({x:g}, {y:g}) is the waypoint before it; leave it out')
+            violations.setdefault(_AGAIN, []).append(f'{place}: ({x:g}, {y:g}) {_AGAIN}')
         points.append((x, y))
         speeds.append(limit[0] if limit else speeds[-1] if speeds else math.inf)
         places.append(place)
     if not violations and len(points) < 2:
-        violations.append(f'{source}: has {len(points)} waypoint{"" if len(points) == 1 else "s"}; a path needs two or '
-                          'more')
+        raise ParameterError([f'{source}: has {len(points)} waypoint{"" if len(points) == 1 else "s"}; a path needs '
+                              'two or more'])
     if len(points) > MOST:
-        violations.append(f'{source}: has {len(points)} waypoints, and more than {MOST} are too many; leave some out')
+        raise ParameterError([f'{source}: has {len(points)} waypoints, and more than {MOST} are too many; leave some '
+                              'out'])
     if violations:
-        raise ParameterError(violations[:10])
+        raise ParameterError(first + (f' (and {len(others)} more of this kind)' if others else '')
+                             for first, *others in list(violations.values())[:10])
     return Waypoints(tuple(points), tuple(speeds), tuple(places))
 
 
-def _row_violation(fields: Sequence[Any]) -> str:
-    """Describe the fault in the fields of a waypoint; '' if there is none."""
+class _Violation(NamedTuple):
+    """The fault of a row: the text at fault, and the rule, alike for all rows that break it."""
+
+    told: str
+    rule: str
+
+
+def _row_violation(fields: Sequence[Any]) -> _Violation | None:
+    """Describe the fault in the fields of a waypoint."""
     told = ','.join(shortened(str(field), 20) for field in fields)
     if len(fields) not in (2, 3):
-        return f"'{shortened(told, 60)}' has {len(fields)} fields; write x,y or x,y,speed"
+        return _Violation(f"'{shortened(told, 60)}'", f' has {len(fields)} fields; write x,y or x,y,speed')
     try:
         numbers = [float(field) for field in fields]
     except (TypeError, ValueError):
-        return f"'{told}' is no x,y or x,y,speed in numbers"
+        return _Violation(f"'{told}'", ' is no x,y or x,y,speed in numbers')
     if not all(map(math.isfinite, numbers)):
-        return f"'{told}' is not finite; write numbers"
+        return _Violation(f"'{told}'", ' is not finite; write numbers')
     if max(map(abs, numbers[:2])) > LARGEST:
-        return f"'{told}' lies beyond {LARGEST:g} m"
+        return _Violation(f"'{told}'", f' lies beyond {LARGEST:g} m')
     if len(numbers) == 3 and numbers[2] <= 0.0:
-        return f'speed = {numbers[2]:g} m/s; write more than 0, or leave it out'
-    return ''
+        return _Violation(f'speed = {numbers[2]:g} m/s', '; write more than 0, or leave it out')
+    return None

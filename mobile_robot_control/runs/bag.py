@@ -22,7 +22,7 @@ from mobile_robot_control.recording.columns import GROUND_TRUTH, READ
 from mobile_robot_control.recording.mcap_stream import BagError, Message, ProgressCallback
 from mobile_robot_control.runs.errors import with_errors
 from mobile_robot_control.runs.gaps import describe_gaps
-from mobile_robot_control.runs.messages import Messages
+from mobile_robot_control.runs.messages import LastRun, Messages
 from mobile_robot_control.runs.samples import samples_of
 from mobile_robot_control.runs.series import Series, Signal, empty_signal
 from mobile_robot_control.simulation.closed_loop import Sample
@@ -61,16 +61,18 @@ def choose_topics(namespace: str, topics: Mapping[str, str], held: Set[str]) -> 
         The loop's name of each topic by its name in the bag, and the topics the bag lacks, in words.
     """
     prefix = namespace.rstrip('/') + '/'
-    chosen, problems = {prefix + name: name for name in NAMES}, []
+    renamed: dict[str, str] = {}
+    problems = []
     for name, given in topics.items():
         other = given if given.startswith('/') else prefix + given
         if other in held:
-            del chosen[prefix + name]
-            chosen[other] = name
+            renamed[other] = name
         else:
             instead = f'{prefix + name} is taken' if prefix + name in held else f'it holds {_listed(held)}'
             problems.append(f'--topic {name}:={given}: the bag has no {other}; {instead}')
-    return chosen, problems
+    usual = {prefix + name: name for name in NAMES if name not in renamed.values()}
+    # another name may be the usual one of another topic
+    return usual | renamed, problems
 
 
 def missing_topics(names: Mapping[str, str], silent: Collection[str], held: Set[str]) -> Iterator[str]:
@@ -219,21 +221,26 @@ class _Reading:
 
     def run(self) -> tuple[Series, list[str]]:
         """Return the collected run, and the unusable messages, in words."""
-        signals, earlier_runs, disordered = self._messages.last_run()
+        last = self._messages.last_run()
+        signals = last.signals
         if self._without_stamp:
             signals['cmd_vel'] = stamped_by_receipt(signals['cmd_vel'], signals['odom'])
         if GROUND_TRUTH in self._in_other_frames():
             signals[GROUND_TRUTH] = empty_signal(GROUND_TRUTH)
-        return Series(signals), [*self._problems(earlier_runs, disordered)]
+        return Series(signals), [*self._problems(last)]
 
-    def _problems(self, earlier_runs: int, disordered: int) -> Iterator[str]:
+    def _problems(self, last: LastRun) -> Iterator[str]:
         """Yield the unusable messages, in words."""
         for reason, count in self._left_out.items():
             yield f'{count} messages left out: {reason}'
-        if disordered:
-            yield f'{disordered} messages came after a later stamp of their topic'
-        if earlier_runs:
-            yield f'{earlier_runs} earlier runs left out; the last one is taken'
+        for name, count in last.contradicting.items():
+            yield (f'{count} messages on {name} carry the stamp of the one before and other values, as of a second '
+                   f'publisher; the first of each stamp is taken: record one robot alone, or name its topic with '
+                   f'--topic {name}:=/NAME')
+        if last.disordered:
+            yield f'{last.disordered} messages came after a later stamp of their topic'
+        if last.earlier_runs:
+            yield f'{last.earlier_runs} earlier runs left out; the last one is taken'
         for name in self._in_other_frames():
             yield (f"{name} is in the frame '{shortened(self._frames[name], 60)}', odom in "
                    f"'{shortened(self._frames['odom'], 60)}': "

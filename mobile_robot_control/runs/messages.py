@@ -1,7 +1,9 @@
 """The collector of messages: in any order, they become the topics of the last run."""
 
 from array import array
+from collections import Counter
 from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -25,12 +27,15 @@ class LastRun(NamedTuple):
         Runs left out because another began after them.
     disordered : int
         Messages that came after a later stamp of their topic; they are sorted.
+    contradicting : dict of str to int
+        By topic, messages with the stamp of the one before them and other values; they are left out.
 
     """
 
     signals: dict[str, Signal]
     earlier_runs: int
     disordered: int
+    contradicting: Mapping[str, int] = MappingProxyType({})
 
 
 class Messages:
@@ -38,10 +43,11 @@ class Messages:
 
     def __init__(self) -> None:
         self._columns = {topic: (array('q'), array('q'), array('d')) for topic in COLUMNS}
+        self._contradicting: Counter[str] = Counter()
 
     def add(self, topic: str, stamp: int, values: Iterable[float], received: int | None = None) -> None:
         """
-        Add one message; a repetition of the previous one is dropped.
+        Add one message; one with the stamp of the previous one is dropped.
 
         Parameters
         ----------
@@ -60,13 +66,17 @@ class Messages:
             numbers.extend(values)
             if received is not None:
                 times.append(received)
+        # as bytes: a value can be nan
+        elif (given := array('d', values)).tobytes() != numbers[-len(given):].tobytes():
+            self._contradicting[topic] += 1
 
     def last_run(self) -> LastRun:
         """Return the last run among the messages; no message can be added afterwards."""
         # without a copy: an hour has some hundred megabytes
-        return last_run({topic: Signal(np.frombuffer(stamps, np.int64), np.frombuffer(times, np.int64),
-                                       np.frombuffer(numbers).reshape(-1, len(COLUMNS[topic])))
-                         for topic, (stamps, times, numbers) in self._columns.items()})
+        found = last_run({topic: Signal(np.frombuffer(stamps, np.int64), np.frombuffer(times, np.int64),
+                                        np.frombuffer(numbers).reshape(-1, len(COLUMNS[topic])))
+                          for topic, (stamps, times, numbers) in self._columns.items()})
+        return found._replace(contradicting=self._contradicting)
 
 
 class _Part(NamedTuple):

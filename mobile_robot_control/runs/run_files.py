@@ -8,6 +8,7 @@ from typing import Any
 from mobile_robot_control.configuration.files import save_configuration
 from mobile_robot_control.configuration.sources import File
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.recording.bag_files import bag_folder
 from mobile_robot_control.recording.csv_table import write_csv
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.samples import samples_of
@@ -21,7 +22,7 @@ from mobile_robot_control.system.files import (
 )
 from mobile_robot_control.system.texts import printable, shortened
 
-_BAGS = ('.mcap', '.db3')
+_BAGS = ('.mcap', '.db3', '.bag')
 """Endings of the files in a bag."""
 
 
@@ -40,9 +41,8 @@ def locate(path: Path) -> Path:
     if not os.path.exists(path):
         raise UnreadableRunError(f'{path}: does not exist; name a bag, a folder of `experiment` or a CSV of `simulate`')
     if path.is_dir():
-        for folder in (path, path / 'bag'):
-            if any((folder / 'metadata.yaml').is_file() or any(folder.glob(f'*{ending}')) for ending in _BAGS):
-                return folder
+        if folder := bag_folder(path):
+            return folder
         raise UnreadableRunError(f'{path}: is a folder without a bag (no metadata.yaml, .mcap or .db3 in it); '
                                  'name the folder that `experiment` or `ros2 bag record` wrote')
     if path.name == 'metadata.yaml' or (path.suffix in _BAGS and (path.parent / 'metadata.yaml').is_file()):

@@ -44,10 +44,10 @@ class Metric(NamedTuple):
 
 _ERROR = ('error',)
 RUN_METRICS = (
-    Metric('outcome', '', '`completed`: the run reached its duration. `diverged`: a position or velocity became larger '
-           'than 1e6 or not finite. `law_failed`: the position law raised, or its command was not finite; what was '
-           'measured up to then is kept. `interrupted`: stopped by Ctrl-C, or nothing more could be recorded. '
-           '`node_died`: a node ended, or gave no answer for `--patience`'),
+    Metric('outcome', '', '`completed`: the run reached its duration. `diverged`: a velocity, or the distance from '
+           'the start along x or y, became larger than 1e6 or not finite. `law_failed`: the position law raised, or '
+           'its command was not finite; what was measured up to then is kept. `interrupted`: stopped by Ctrl-C, or '
+           'nothing more could be recorded. `node_died`: a node ended, or gave no answer for `--patience`'),
     Metric('duration', 's', 'S, the simulated time that was measured; shorter than asked for where the outcome is not '
            '`completed`'),
     Metric('final_pose', 'm, m, rad', '[x, y, yaw] at the last position tick, of the pose that `error` names'),

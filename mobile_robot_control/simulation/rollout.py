@@ -116,7 +116,7 @@ def trial_rollout(
                      over_last_step, torque, truth)
         if failure:
             raise LawFailedError(f'at t = {time:g} s: {failure}')
-        if dynamics.diverged(state.plant):
+        if dynamics.diverged(state.plant, trial.state.plant.pose):
             return
 
 

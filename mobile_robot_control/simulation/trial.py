@@ -152,7 +152,8 @@ def bind(
         robot, dt = loop.plant.robot, loop.plant.dt
         totals, late_totals, variation = _NOTHING, _NOTHING, _UNVARIED
         indices: Any = begun
-        initial, pose, references = _NO_TORQUE, state.plant.pose, references_in(given)
+        initial, initial_pose, references = _NO_TORQUE, state.plant.pose, references_in(given)
+        pose = initial_pose
         for n in range(-(-steps // ratio)):
             first = n * ratio
             pose = state.plant.pose
@@ -163,7 +164,7 @@ def bind(
                 wheels = wheel_velocity(state.plant.velocity, robot)
                 state, _, applied = velocity_tick(state, k, loop)
                 # the period in which the motion diverges is not counted
-                if dynamics.diverged(state.plant):
+                if dynamics.diverged(state.plant, initial_pose):
                     return Outcome(k, pose, initial, totals, late_totals, False, variation.total, indices)
                 if k == 0:
                     initial = applied

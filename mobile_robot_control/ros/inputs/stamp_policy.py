@@ -151,6 +151,10 @@ class WallClockStampPolicy(StampPolicy):
 
     def refusal(self, stamp: int) -> RefusedMessageError:
         """Return the reason to refuse a stamp [ns]."""
+        # simulated time is 0 before the first message on /clock
+        if not self._clock.now().nanoseconds:
+            return RefusedMessageError('no /clock yet', 'use_sim_time is true, so stamps are compared with /clock: '
+                                       'start its publisher, or set use_sim_time to false')
         age = self.age(stamp)
         reason = 'stamp too old' if age > 0.0 else 'stamp in the future'
         return RefusedMessageError(

@@ -67,7 +67,8 @@ class SimulatedRobot:
     def begin(self, initial_pose: tuple[float, ...]) -> None:
         """Begin a run at rest at a pose [m], [m], [rad]."""
         self.k = 0
-        self.state = dynamics.at_rest(Pose(*initial_pose))
+        self._start = Pose(*initial_pose)
+        self.state = dynamics.at_rest(self._start)
         self.applied = None if self.takes_velocity else WheelTorque(0.0, 0.0)
         self._drive = drive_at_rest(self._model, self._grid)
         self._sensors = sensors_at_rest(self.state, self._sensor_values)
@@ -75,7 +76,7 @@ class SimulatedRobot:
     @property
     def diverged(self) -> bool:
         """Whether the motion is beyond the range of the simulation."""
-        return bool(dynamics.diverged(self.state))
+        return bool(dynamics.diverged(self.state, self._start))
 
     @property
     def where(self) -> str:

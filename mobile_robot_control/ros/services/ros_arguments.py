@@ -1,12 +1,19 @@
 """ROS arguments, read before rcl reads them: arguments that rcl would silently ignore are refused."""
 
 import itertools
+import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.configuration.addressing import addressed_nodes, full_names, namespace_fault, namespace_of
-from mobile_robot_control.configuration.files import PATH_FILE, located, merge_sections, read_parameter_file
+from mobile_robot_control.configuration.files import (
+    PATH_FILE,
+    files_of_others,
+    located,
+    merge_sections,
+    read_parameter_file,
+)
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.checking import ParameterError
 from mobile_robot_control.parameters.rcl_yaml import parse_yaml
@@ -20,6 +27,7 @@ class _Source(NamedTuple):
     section: str
     values: Mapping[str, Any]
     rule: str = ''  # a `-p` that a node's name may be put before
+    is_of_file: bool = False
 
 
 def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> str:
@@ -39,6 +47,9 @@ def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> str:
     options = _options(arguments)
     full = _full_names(names, options)
     sources = list(_sources(options, full))
+    # nodes of several packages may share one launch file and its parameters
+    for foreign in files_of_others(((one.where, one.section) for one in sources if one.is_of_file), full):
+        print(f'{" ".join(names)}: {printable(foreign)}', file=sys.stderr)
     values = merge_sections(((source.where, source.section, source.values) for source in sources), full)
     violations = [violation for name in names for violation in _losing(sources, name, full)]
     if violations:
@@ -95,7 +106,7 @@ def _sources(options: _Options, full: Mapping[str, str]) -> Iterator[_Source]:
     for option, value in options:
         if option == '--params-file':
             for section, values in read_parameter_file(value):
-                yield _Source(value, section, located(values, Path(value).parent))
+                yield _Source(value, section, located(values, Path(value).parent), is_of_file=True)
         elif option in ('-p', '--param') and ':=' in value:
             yield _rule(value, full)
 

@@ -13,6 +13,7 @@ from mobile_robot_control.configuration.files import (
 )
 from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments
 
 
 @pytest.fixture
@@ -86,9 +87,26 @@ def test_sections_and_groups_may_be_nested_and_those_of_others_are_left_out(file
     assert load([file(text)], namespace='/fleet/one')['plant'] == {'duration': 5.0}
     nested = '/**:\n  ros__parameters:\n    robot:\n      mass: 9.0\n      wheel_radius: 0.04\n    robot.inertia: 2.0\n'
     assert load([file(nested)])['plant'] == {'robot.mass': 9.0, 'robot.wheel_radius': 0.04, 'robot.inertia': 2.0}
-    assert not any(load([file(section('rviz2', anything='goes') + section('/camera/driver', rate=30))]).values())
+    others = section('rviz2', anything='goes') + section('/camera/driver', rate=30)
+    assert load([file(others + section('plant', duration=5.0))])['plant'] == {'duration': 5.0}
+    assert not any(load([file(section('track', purpose='turns'))]).values())
     for name in ('use_sim_time', 'start_type_description_service', 'qos_overrides./odom.reliability'):
         assert load([file(section('plant', **{name: 'true'}))])['plant'] == {}
+
+
+@each_row(('text', 'namespace'), [
+    (section('controller_manager', update_rate=50), '/'),
+    (section('rviz2', plant=1) + section('/plant/driver', a=2), '/'),
+    (section('/robot1/camera', rate=30), '/robot1'), (section('my_plant', duration=5.0), '/'),
+])
+def test_a_file_of_another_package_is_refused_by_commands_and_nodes_warn_of_it_once(file, text, namespace, capsys):
+    path, ours = file(text), file(section('/**', duration=5.0), 'ours.yaml')
+    told = f'{path}: no section names a node of this package, only '
+    assert only(load, [ours, path], namespace=namespace).startswith(told)
+    words = ['--ros-args', '-r', f'__ns:={namespace}', *(word for one in (path, ours, path) for word in (
+        '--params-file', str(one)))]
+    check_ros_arguments(['plant'], words)
+    assert capsys.readouterr().err.count(f'plant: {told}') == 1
 
 
 @each_row('name', ['plant', '/plant'])

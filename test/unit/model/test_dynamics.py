@@ -89,20 +89,23 @@ def test_at_rest_nothing_moves_and_the_heading_is_wrapped():
 
 @each_row('value', [1e6, -1e6, math.inf, -math.inf, math.nan])
 def test_a_large_or_nonfinite_component_counts_as_diverged(value):
-    ordinary = PlantState(Pose(9e5, -9e5, 3.0), BodyVelocity(-9e5, 9e5), 1e9, -1e9)
-    assert not dynamics.diverged(ordinary)
-    for part, name in (('pose', 'x'), ('pose', 'y'), ('velocity', 'linear'), ('velocity', 'angular')):
-        one = getattr(ordinary, part)._replace(**{name: value})
-        assert dynamics.diverged(ordinary._replace(**{part: one})), name
+    # at the origin, at the coordinates of a map, and anywhere else
+    for start in (Pose(0.0, 0.0, 0.0), Pose(431254.1, 3771020.25, 1.0), Pose(-1e11, 1e11, 0.0)):
+        ordinary = PlantState(Pose(start.x + 9e5, start.y - 9e5, 3.0), BodyVelocity(-9e5, 9e5), 1e9, -1e9)
+        assert not dynamics.diverged(ordinary, start)
+        for part, name in (('pose', 'x'), ('pose', 'y'), ('velocity', 'linear'), ('velocity', 'angular')):
+            one = getattr(ordinary, part)._replace(**{name: value + getattr(start, name, 0.0)})
+            assert dynamics.diverged(ordinary._replace(**{part: one}), start), name
 
 
 @each_row('coupling', [False, True])
 @each_row('torque', [(1e308, 0.0), (-1e308, 1e308), (1e300, 1e20), (1e154, 1e154)])
 def test_absurd_torques_diverge_and_do_not_raise(coupling, torque):
-    state, plant = dynamics.at_rest(Pose(1.0, 0.0, 1.0)), discretise(ROBOT, 0.002, coupling)
+    start, plant = Pose(1.0, 0.0, 1.0), discretise(ROBOT, 0.002, coupling)
+    state = dynamics.at_rest(start)
     for _ in range(3):
         state = dynamics.step(state, WheelTorque(*torque), plant)
-    assert dynamics.diverged(state)
+    assert dynamics.diverged(state, start)
 
 
 def accelerations_with_constraint_forces(heading, v, omega, torque):

@@ -167,10 +167,15 @@ def test_a_path_that_is_no_run_is_refused_with_a_remedy_which_works(runs, tmp_pa
     (tmp_path / 'empty').mkdir()
     (tmp_path / 'text').write_text('a,b\n1,2\n')
     (tmp_path / 'picture').write_bytes(b'\x89PNG\r\n\x1a\n' + bytes(range(256)))
+    for ros1 in ('ros1.bag', 'recorded/ros1.bag'):
+        (tmp_path / ros1).parent.mkdir(exist_ok=True)
+        (tmp_path / ros1).write_bytes(b'#ROSBAG V2.0\n' + bytes(range(256)))
     other = record(tmp_path / 'another_robot', rollout(configuration(), 0.1), '/other/')
     for given, told in ((['nothing'], 'does not exist; name'), (['empty'], 'without a bag'),
                         (['text'], 'lacks 27 of 27 columns'), (['another_robot'], '/other/odom.*--namespace'),
-                        ([runs / 'run.csv'] * 9, 'name 6 at the most'), (['picture'], 'no CSV text')):
+                        ([runs / 'run.csv'] * 9, 'name 6 at the most'), (['picture'], 'no CSV text'),
+                        (['ros1.bag'], 'is a bag of ROS 1; convert it'),
+                        (['recorded'], 'is a bag of ROS 1; convert it')):
         words = [str(tmp_path / path) for path in given]
         assert report.main([*words, '--output', str(tmp_path / 'out')]) == 2
         assert re.search(told, capsys.readouterr().err), told

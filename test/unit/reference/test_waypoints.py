@@ -51,6 +51,22 @@ def test_what_is_no_path_is_refused_by_file_and_line(tmp_path, name, text, words
     assert words in str(refusal.value)
 
 
+@each_row(('name', 'rows', 'first', 'more'), [
+    ('a.csv', [f'{n},0,1,2,{n}' for n in range(30)], "a.csv:1: '0,0,1,2,0' has 5 fields; write x,y or x,y,speed", 29),
+    ('b.csv', [*(f'{n},0' for n in range(20)), *(f'{n},w{n}' for n in range(12))], "b.csv:21: '0,w0' is no x,y", 11),
+    ('c.csv', [f'{n // 2},0' for n in range(40)], 'c.csv:2: (0, 0) is the waypoint before it', 19),
+    ('d.csv', [f'{n},0,-{n + 1}' for n in range(30)], 'd.csv:1: speed = -1 m/s; write more than 0', 29),
+    ('e.yaml', [f'- {{a: {n}}}' for n in range(30)], 'e.yaml:1: is no [x, y], [x, y, speed] or {x: ..., y: ', 29),
+])
+def test_a_fault_of_many_rows_is_told_once(tmp_path, name, rows, first, more):
+    with pytest.raises(ParameterError) as refusal:
+        _read(tmp_path, '\n'.join(rows) + '\n', name)
+    violation, = refusal.value.violations
+    assert first in violation
+    assert violation.endswith(f'(and {more} more of this kind)')
+    assert "''" not in violation
+
+
 def test_a_file_that_is_none_is_named(tmp_path):
     for file in (tmp_path, tmp_path / 'nothing.csv'):
         with pytest.raises(ParameterError, match='cannot be read'):

@@ -82,3 +82,13 @@ def test_on_the_wall_clock_stamps_beyond_the_tolerance_are_refused(age, decision
     if reason:
         assert reason in policy.refusal(stamp).reason
         assert 'stamp_tolerance is 0.5 s' in policy.refusal(stamp).detail
+
+
+@each_row('stamp', [1_000_000_000_000, 1_800_000_000_000_000_000, 600_000_000])
+def test_before_the_first_message_on_clock_no_stamp_is_judged(stamp):
+    policy = WallClockStampPolicy(
+        types.SimpleNamespace(now=lambda: types.SimpleNamespace(nanoseconds=0)), tolerance=0.5)
+    assert policy.decide(stamp) is StampDecision.REFUSED
+    refusal = policy.refusal(stamp)
+    assert refusal.reason == 'no /clock yet'
+    assert 'clocks of both machines' not in refusal.detail

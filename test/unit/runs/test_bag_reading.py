@@ -3,7 +3,7 @@
 import random
 
 import pytest
-from bag_making import WALL, event, messages_of, record, write, write_mcap
+from bag_making import ODOM, WALL, event, messages_of, record, write, write_mcap
 from each import each_row
 from mcap.writer import CompressionType
 from measuring import configuration
@@ -14,6 +14,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from mobile_robot_control.api.loading import load
+from mobile_robot_control.identification.recorded import read_recorded
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.recording.mcap_stream import BagError
 from mobile_robot_control.runs import bag
@@ -206,6 +207,31 @@ def test_unreadable_messages_are_left_out_and_counted(tmp_path, samples):
                  '/odom: is of type std_msgs/msg/String, not nav_msgs/msg/Odometry',
                  '/cmd_vel: not readable (11 bytes hold no stamp)'):
         assert part in text
+
+
+def test_a_second_publisher_with_the_same_stamps_is_told_of_and_a_repetition_is_not(tmp_path, samples):
+    def written(name, again):
+        with BagWriter(tmp_path / name) as writer:
+            for sample in samples:
+                for topic, stamp, message in messages_of(sample):
+                    others = again(sample) if topic == 'odom' else ()
+                    for each in (message, *others):
+                        writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, each)
+        return tmp_path / name
+
+    def second(sample):
+        return [ODOM(round(sample.time * 1e9), sample.tick.pose._replace(x=9.0), sample.tick.velocity)]
+
+    told = '101 messages on odom carry the stamp of the one before and other values, as of a second publisher'
+    two = written('two', second)
+    recording = bag.read_bag(two)
+    assert [problem for problem in recording.problems if problem.startswith(told)]
+    _same(recording.samples, samples)
+    assert [problem for problem in load(two).problems if problem.startswith(told)]
+    assert [problem for one in read_recorded(two) for problem in one.problems if problem.startswith(told)]
+    repeated = written('repeated', lambda sample: [
+        ODOM(round(sample.time * 1e9), sample.tick.pose, sample.tick.velocity)])
+    assert not bag.read_bag(repeated).problems
 
 
 def test_a_missing_topic_and_a_late_start_are_reported(tmp_path, samples):

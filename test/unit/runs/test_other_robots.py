@@ -1,5 +1,6 @@
 """Reports on bags of other robots: plain Twist, other names, odometry and reference at rates of their own."""
 
+import itertools
 import random
 
 import pytest
@@ -17,7 +18,7 @@ from mobile_robot_control.pages.timing import timing_table
 from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.runs.bag import read_bag
+from mobile_robot_control.runs.bag import choose_topics, read_bag
 from mobile_robot_control.runs.errors import with_errors
 from mobile_robot_control.runs.reading import read_run
 from mobile_robot_control.runs.run import Run
@@ -169,6 +170,16 @@ def test_a_topic_that_cannot_be_is_refused_with_the_remedy(tmp_path, capsys, giv
         code = refused.code
     assert code == 2
     assert expected in capsys.readouterr().err
+
+
+def test_topics_are_chosen_alike_in_any_order():
+    held = {'/odom', '/reference', '/cmd_vel', '/odom_kf', '/robot2/odom'}
+    for others in itertools.permutations(sorted(held), 3):
+        topics = dict(zip(('odom', 'reference', 'cmd_vel'), others, strict=True))
+        for order in itertools.permutations(topics.items()):
+            names, problems = choose_topics('/', dict(order), held)
+            assert {name: topic for topic, name in names.items()}.items() >= topics.items(), order
+            assert not problems
 
 
 def test_a_name_that_the_bag_lacks_is_answered_with_what_it_holds(samples, tmp_path):

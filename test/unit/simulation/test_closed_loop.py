@@ -12,6 +12,7 @@ from observation import observed
 from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.configuration.files import load
 from mobile_robot_control.configuration.nodes import NODES, Configuration, course_of
+from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.control import backstepping, velocity_pi
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.control.tracking_error import tracking_error
@@ -22,10 +23,12 @@ from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
 from mobile_robot_control.reference.cart import accelerated_at, reference_at
+from mobile_robot_control.reference.course import references_along
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.simulation.loop_start import form_of, start
 from mobile_robot_control.simulation.rollout import is_complete, recorded, rollout
 from mobile_robot_control.simulation.ticks import Form
+from mobile_robot_control.simulation.trial import course_of_trial, make_rollout, make_trial, roll_trial
 
 GAINS = {'gains.k1': 1.0, 'gains.ti1': 10.0, 'gains.k2': 0.3, 'gains.ti2': 10.0}
 GENTLE = {'backstepping.p': 1.0, 'backstepping.q': 1.0, 'backstepping.f': 1.0, 'backstepping.g': 2.0}
@@ -167,3 +170,30 @@ def test_a_law_starts_beside_the_path_and_stands_after_its_end(law, tmp_path):
     assert max(abs(sample.command.angular) for sample in last) < (0.3 if law == 'fuzzy' else 0.02)
     if law != 'fuzzy':
         assert abs(math.remainder(tick.pose.heading - tick.reference.pose.heading, 2.0 * math.pi)) < 0.03
+
+
+@each_row(('x', 'y'), [(431254.1, 3771020.25), (-9e6, 1e6), (1e6, -2e6)])
+@each_row('drive', ['torque', 'velocity'])
+def test_a_run_at_the_coordinates_of_a_map_is_that_at_the_origin(tmp_path, x, y, drive):
+    def run(name, x, y):
+        file = tmp_path / name
+        file.write_text(''.join(f'{x + dx!r},{y + dy!r}\n' for dx, dy in ((0.0, 0.0), (1.5, 0.25), (2.0, 1.0))))
+        parameters = ParameterSources(overrides=(
+            ('/**.velocity_rate', 200.0), ('reference_cart.curve', 'path'), ('reference_cart.path.file', str(file)),
+            ('reference_cart.timing.max_linear_velocity', 0.5), ('reference_cart.timing.max_linear_acceleration', 0.5),
+            ('plant.drive', drive), ('position_controller.controller_type', 'kanayama'))).configuration()
+        trial = make_trial(parameters, 5.0)
+        references_at = references_along(course_of_trial(trial), trial.form.horizon)
+        outcome = roll_trial(trial, make_rollout(LAWS[trial.law].step, lambda references, n: references[n], trial.form),
+                             [references_at(n * 10_000_000, 10_000_000) for n in range(501)])
+        return recorded(parameters, 5.0), outcome
+
+    (measured, samples), outcome = run('map.csv', x, y)
+    (_, expected), _ = run('origin.csv', 0.0, 0.0)
+    assert measured.outcome == 'completed'
+    assert outcome.steps == 1000
+    for here, there in zip(samples, expected, strict=True):
+        for ours, theirs in ((here.tick.pose, there.tick.pose), (here.tick.reference.pose, there.tick.reference.pose)):
+            assert (ours.x - x, ours.y - y, ours.heading) == pytest.approx(theirs, abs=1e-6)
+        assert here.tick.error == pytest.approx(there.tick.error, abs=1e-6)
+        assert here.command == pytest.approx(there.command, abs=1e-5)
