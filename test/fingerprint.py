@@ -64,7 +64,8 @@ def _report(name, content):
 
 
 def _simulations(folder):
-    cases = {str(file.relative_to(CONFIG)): ['--params-file', file] for file in sorted(CONFIG.rglob('*.yaml'))}
+    cases = {str(file.relative_to(CONFIG)): ['--params-file', file] for file in sorted(CONFIG.rglob('*.yaml'))
+             if file.parent.name != 'lessons'}  # these are for the live page
     cases |= {f'with {name}': _overrides(texts) for name, texts in PLANT.items()}
     cases['with all'] = _overrides(text for texts in PLANT.values() for text in texts)
     for name, arguments in cases.items():

@@ -1,4 +1,4 @@
-"""The signals that ask to end as a flag, so that completed work is kept; and an end for work that does not look at it."""
+"""Signals to end as a flag, so that completed work is kept; and an end for work that does not look at it."""
 
 import _thread
 import os

@@ -29,7 +29,7 @@ FROM, HELD = 10.0, 6.0
 NODE = types.SimpleNamespace(
     get_logger=lambda: types.SimpleNamespace(error=print), create_service=lambda *_: None,
     create_publisher=lambda *_: types.SimpleNamespace(publish=lambda _: None),
-    create_subscription=lambda *_, **__: None)
+    context=types.SimpleNamespace(get_domain_id=lambda: -1), get_fully_qualified_name=lambda: '/without_ros')
 
 
 class Following:
@@ -42,7 +42,7 @@ class Following:
                                      limits=ours.limits._replace(tracking_error=limit),
                                      approach=ours.approach._replace(speed=approach_speed))
         self._law = LawRunner(NODE, self._values.control, 1.0 / ours.shared.position_rate, lambda: None)
-        self.drive = RobotGuard(NODE, self._law, None, lambda: None, str, lambda _: None)
+        self.drive = RobotGuard(NODE, self._law, lambda: None, str, lambda _: None)
         self._cart, self._distance = None, PARAMETERS.reference_cart.waiting.wait_distance
         self._at = self.reference(0.0).pose
         self.commands, self.apart, self.times, self.waited = [], [], [], 0
@@ -116,11 +116,11 @@ def test_an_approach_is_not_stopped_for_its_distance_and_a_law_that_would_leap_i
     law, place = 'fuzzy', (1.0, -1.5, 0.0)
     approaching = Following(law, 0.2, limit=0.3)
     drive(Base(), approaching, place, 16.0)
-    assert not approaching.drive.reason
+    assert not approaching.drive._stop.reason
     assert approaching.apart[-1] < 0.2
     leaping = Following(law, 0.0, limit=0.3)
     drive(Base(), leaping, place, 1.0)
-    assert '1.50 m from the reference, and limits.tracking_error is 0.3 m' in leaping.drive.reason
+    assert '1.50 m from the reference, and limits.tracking_error is 0.3 m' in leaping.drive._stop.reason
     assert set(leaping.commands) == {(0.0, 0.0)}
 
 
@@ -132,6 +132,6 @@ def test_an_approach_that_leads_away_is_stopped():
         return following(time, stamp, (*pose[:2], pose[2] + math.pi), velocity)
 
     drive(Base(), reversed_base, (1.0, -1.5, 0.0), 16.0)
-    assert 'from the reference' in following.drive.reason
+    assert 'from the reference' in following.drive._stop.reason
     stopped = next(n for n, command in enumerate(following.commands) if n > 5 and command == (0.0, 0.0))
     assert following.apart[stopped] == pytest.approx(1.8, abs=0.01)

@@ -106,6 +106,9 @@ def test_node_and_commands_read_the_same_values_or_refuse_the_file(domain, tmp_p
         code = spin.spin([node], ['--ros-args', '--params-file', str(path)], _STOPPED)
         printed = capfd.readouterr().err
         assert 'Traceback' not in printed
+        if 'no section names a node' in str(violations):  # nodes of several packages may share one file
+            assert code == 0, printed
+            return
         outcomes[ours is not None, code] = outcomes.get((ours is not None, code), 0) + 1
         if ours is None:
             assert code == 2, (violations, printed)

@@ -96,7 +96,7 @@ CHOSEN = [
     Moment('plant', 0.2, signal.SIGTERM),
     Moment('reference_cart', 0.35, signal.SIGHUP),
     Moment('position_controller', 0.7, signal.SIGINT),
-    Moment('velocity_controller', 1.2, signal.SIGHUP),
+    Moment('velocity_controller', 1.2, signal.SIGQUIT),
     Moment('experiment', 0.0, signal.SIGTERM),
     Moment('experiment', 1.4, signal.SIGINT),
     Moment('experiment', 2.6, signal.SIGHUP),

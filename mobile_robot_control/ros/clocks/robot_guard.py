@@ -177,8 +177,8 @@ class RobotGuard(LockstepGuard):
 
     def _stands_far(self, observation: Observation, values: PositionControllerParameters) -> bool:
         """Return whether the robot stands because the reference is beyond `approach.distance`; log it once."""
-        limit, before = values.approach.distance, self._far
-        self._far = self._where(observation.reference, limit)
+        before, apart = self._far, distance(observation.error)
+        self._far = self._where(observation.reference.pose, apart, values) if _is_far(apart, values) else ''
         if self._far and not before:
             self._node.get_logger().error(f'the robot stands: {self._far}')
         elif before and not self._far:
@@ -186,19 +186,16 @@ class RobotGuard(LockstepGuard):
             self._law.begin(values.control, under_way=True)
         return bool(self._far)
 
-    def _where(self, reference: Reference, limit: float) -> str:
-        """Say where robot and reference are, if they are farther apart than a limit [m]; '' otherwise."""
-        robot, cart = self._pose, reference.pose
-        apart = math.hypot(cart.x - robot.x, cart.y - robot.y)
-        if not 0.0 < limit < apart:
-            return ''
+    def _where(self, cart: Pose, apart: float, values: PositionControllerParameters) -> str:
+        """Say where robot and cart are, at a distance [m] that is too large."""
+        robot = self._pose
         return (f'{apart:.2f} m lie between the robot at ({robot.x:.2f}, {robot.y:.2f}) m and the cart at '
-                f'({cart.x:.2f}, {cart.y:.2f}) m, and approach.distance is {limit:g} m; place the curve near the '
-                'robot, bring it there, or raise the limit')
+                f'({cart.x:.2f}, {cart.y:.2f}) m, and approach.distance is {values.approach.distance:g} m; '
+                'place the curve near the robot, bring it there, or raise the limit')
 
     def check_start(self, values: PositionControllerParameters, pose: Pose, reference: Reference) -> None:
-        """Log a start far from the cart, which the robot drives to."""
-        if not self._where(reference, values.approach.distance):
+        """Log a start far from the cart, to which the robot sets out."""
+        if not _is_far(math.hypot(reference.pose.x - pose.x, reference.pose.y - pose.y), values):
             super().check_start(values, pose, reference)
 
     def rest(self) -> None:
@@ -239,3 +236,8 @@ class RobotGuard(LockstepGuard):
         """Forget a run after a jump back of simulated time; a stop stays."""
         self._conflict = self._make_conflict()
         self._twist.forget()
+
+
+def _is_far(apart: float, values: PositionControllerParameters) -> bool:
+    """Return whether a distance from the cart [m] is too large to set out."""
+    return 0.0 < values.approach.distance < apart

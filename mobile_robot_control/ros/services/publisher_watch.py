@@ -48,7 +48,7 @@ class PublisherWatch:
                            if node.resolve_topic_name(topic).endswith(f'/{topic}')}
         self._topics = {topic: node.resolve_topic_name(topic) for topic in topics}
         self._kinds = {topic: kind for topic, kind in topics.items() if kind}
-        self._unconnected: list[str] = []
+        self._unconnected: dict[str, int] = {}
         self._deaf_since: dict[str, float] = {}
         self.several: dict[str, str] = {}
         self.unfit: dict[str, str] = {}
@@ -74,11 +74,10 @@ class PublisherWatch:
             if topic not in found:
                 self._node.get_logger().info(f'{topic} has one publisher again')
         self.several = found
-        unconnected = list(dict.fromkeys(self._find_unconnected()))
-        for text in unconnected:
-            if text not in self._unconnected:
+        self._unconnected = {text: self._unconnected.get(text, 0) + 1 for text in self._find_unconnected()}
+        for text, looks in self._unconnected.items():
+            if looks == 2:  # not while a peer is discovered
                 self._node.get_logger().warning(text)
-        self._unconnected = unconnected
         deaf, now = set(self._deaf()), time.monotonic()
         self._deaf_since = {text: self._deaf_since.get(text, now) for text in deaf}
 

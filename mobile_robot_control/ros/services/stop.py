@@ -10,14 +10,19 @@ from types import FrameType
 from mobile_robot_control.system.interrupt import ending_signals
 
 
+def _ending_signals() -> list[signal.Signals]:
+    """Return the signals after which a robot is stopped: those that people and systems end it with."""
+    return [*ending_signals(), signal.SIGQUIT]
+
+
 def _ignore_signals() -> None:
-    for number in ending_signals():
+    for number in _ending_signals():
         signal.signal(number, signal.SIG_IGN)
 
 
 class Stop:
     """
-    A request to end, made by SIGINT, SIGTERM or SIGHUP.
+    A request to end, made by SIGINT, SIGTERM, SIGHUP or SIGQUIT.
 
     Attributes
     ----------
@@ -30,7 +35,7 @@ class Stop:
 
     def __init__(self) -> None:
         self.requested = self.read_again = False
-        for number in ending_signals():
+        for number in _ending_signals():
             signal.signal(number, self._request)
         signal.signal(signal.SIGUSR1, self._request_reading)
         # at its end Python restores the defaults: a late signal would kill the process
