@@ -1,6 +1,7 @@
 """What the nodes report on /diagnostics."""
 
 import contextlib
+import itertools
 import signal
 from functools import partial
 
@@ -132,10 +133,19 @@ def test_refused_commands_are_counted_and_refresh_no_timeout(robot):
     # a refused message refreshes no timeout: the command has fallen to zero
     robot.spin_until(lambda: reports.newest('velocity_controller').message.startswith(
         'stopped, waits for position_controller: refused a message on cmd_vel: command too large'))
-    assert robot.log('velocity_controller').count('the robot is stopped: cmd_vel silent') == 1
     timer.cancel()
     node.create_timer(0.02, lambda: publish(lambda message: None))
-    robot.spin_until(lambda: 'the robot is no longer stopped' in robot.log('velocity_controller'))
+    stopped = 'the robot is stopped: cmd_vel silent, from position_controller'
+    driving = 'the inputs are back: the robot is no longer stopped'
+
+    def told():
+        return [line.partition(']: ')[2].partition(';')[0] for line in robot.log('velocity_controller').splitlines()
+                if 'stopped' in line]
+
+    # each stop is told once, and on a busy machine there may be several
+    robot.spin_until(lambda: told()[-1:] == [driving])
+    assert stopped in told()
+    assert all(before != after for before, after in itertools.pairwise(told()))
 
 
 def test_a_clock_that_differs_is_told_on_diagnostics(robot):
