@@ -23,7 +23,7 @@ class Seen:
 
     def __init__(self, robot):
         self.commands, self.cart, self.stamps, self.poses, self.status = [], [], {'commands': [], 'cart': []}, {}, {}
-        self.told = set()
+        self.told, self.apart = set(), []
         node = robot.recorder
         node.create_subscription(TwistStamped, 'cmd_vel', self._on_command, PUBLISHED)
         node.create_subscription(Odometry, 'reference', self._on_reference, PUBLISHED)
@@ -34,6 +34,7 @@ class Seen:
     def _on_command(self, message):
         self.commands.append((message.twist.linear.x, message.twist.angular.z))
         self.stamps['commands'].append(stamp_nanoseconds(message.header.stamp))
+        self.apart.append(self.distance())
 
     def _on_reference(self, message):
         self.stamps['cart'].append(stamp_nanoseconds(message.header.stamp))
@@ -53,10 +54,15 @@ class Seen:
         values = {entry.key: entry.value for entry in self.status[node].values}
         return float(values.get(f'{topic} age now [s]', 'inf'))
 
+    def distance(self):
+        """Return the newest distance of robot and cart [m]; infinite before both are known."""
+        if len(self.poses) < 2:
+            return math.inf
+        return math.hypot(*(getattr(self.poses['robot'], axis) - getattr(self.poses['cart'], axis) for axis in 'xy'))
+
     def drives(self):
         """Return whether robot and cart drive, near each other."""
-        return len(self.poses) == 2 and self.cart[-1] > 0.1 and abs(self.commands[-1][0]) > 0.05 and math.hypot(
-            self.poses['robot'].x - self.poses['cart'].x, self.poses['robot'].y - self.poses['cart'].y) < 0.2
+        return self.distance() < 0.2 and self.cart[-1] > 0.1 and abs(self.commands[-1][0]) > 0.05
 
 
 def start_again(robot, *names):
@@ -122,8 +128,9 @@ def test_a_robot_approaches_follows_is_stopped_through_restarts_and_released(rob
     robot.start('position_controller', arguments=ELSEWHERE)
     robot.spin_until(lambda: seen.condition('position_controller')[1].startswith('running'))
     robot.spin_until(seen.drives)
-    # a lap asks for 0.59 m/s at most
-    assert max(abs(linear) for linear, _ in seen.commands[stopped:]) < 0.9
+    # a lap asks for 0.59 m/s at most, and the law for 1.27 m/s per metre behind: a busy machine leaves the robot behind
+    assert all(abs(linear) < 0.9 + 1.3 * apart
+               for (linear, _), apart in zip(seen.commands[stopped:], seen.apart[stopped:], strict=True))
 
     assert robot.set('position_controller', limits__tracking_error=1e-6)[0].successful
     robot.spin_until(lambda: 'm from the reference, and limits.tracking_error is 1e-06 m' in
