@@ -4,6 +4,7 @@ import fcntl
 import math
 import os
 import pty
+import re
 import resource
 import signal
 import subprocess
@@ -110,8 +111,9 @@ def _terminal(slave):
 @pytest.mark.parametrize('faults', [
     {'stamp': 'has been silent for 0.5 s, since it is refused: stamp does not advance',
      'numbers': 'odometry does not change, though'},
-    {'old_later': 'it is refused: stamp too old (by 3.0',
-     'second': '/second/odom has several publishers: /recorder and /second/base; stop all'},
+    {'old_later': r'it is refused: stamp too old \(by 3\.0',
+     # the name of a node is discovered after its publishers
+     'second': '/second/odom has several publishers: (/recorder and /second/base|/second/base and a node )'},
     {'disk': 'disk.mcap: File too large', 'terminal': ''},
 ], ids=' and '.join)
 def test_odometry_that_cannot_be_right_a_closed_terminal_and_a_full_disk_stop_the_robot(robot, tmp_path, faults):
@@ -138,7 +140,7 @@ def test_odometry_that_cannot_be_right_a_closed_terminal_and_a_full_disk_stop_th
     told = {name: command.stderr.read() for name, command in commands.items() if name != 'terminal'}
     assert {name: command.returncode for name, command in commands.items()} == dict.fromkeys(faults, 1), told
     for name, words in faults.items():
-        assert words in told.get(name, ''), told[name]
+        assert re.search(words, told.get(name, '')), told[name]
     robot.spin_until(lambda: all(abs(base.v) + abs(base.omega) < 1e-3 for base in bases.values()))
     for name, base in bases.items():
         assert (base.command.linear.x, base.command.angular.z) == (0.0, 0.0), name
@@ -149,8 +151,7 @@ def test_odometry_that_is_old_from_the_beginning_is_named_and_the_robot_is_not_m
     robot.add(base)
     with told.open('w') as file:
         command = start(*BOX, '--namespace', '/old', stderr=file)
-        robot.spin_until(lambda: 'excite: waiting: ' in told.read_text())
+        robot.spin_until(lambda: 'stamp too old (by 3.0' in told.read_text())
         command.send_signal(signal.SIGINT)
         robot.spin_until(lambda: command.poll() is not None)
-    assert 'stamp too old (by 3.0' in told.read_text()
     assert (command.returncode, (base.x, base.y)) == (2, (1.0, 0.0))

@@ -112,7 +112,10 @@ class Exciter(Node):
         """Describe several publishers of odometry; '' for one."""
         if self.count_publishers(self._odom) < 2:
             return ''
-        return (f'{self._odom} has several publishers: {publisher_names(self, self._odom)}; stop all but one, or name '
+        # the name of a node is discovered after its publishers, and the robot is not left driving until then
+        names = ' and '.join('a node that has just started' if '_UNKNOWN_' in name else name
+                             for name in publisher_names(self, self._odom).split(' and '))
+        return (f'{self._odom} has several publishers: {names}; stop all but one, or name '
                 'another topic with --topic odom:=/NAME')
 
     def others(self) -> str:
