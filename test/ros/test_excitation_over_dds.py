@@ -128,7 +128,7 @@ def test_odometry_that_cannot_be_right_a_closed_terminal_and_a_full_disk_stop_th
     def run(name):
         # the fault must end it, on a busy machine too
         commands[name] = start(*BOX, '--namespace', f'/{name}', '--duration', '300', *(
-            ['--bag', str(tmp_path / f'{name}{len(os.listdir(tmp_path))}')] * (name == 'disk')), **options.get(name, {}))
+            ['--bag', str(tmp_path / f'bag{len(os.listdir(tmp_path))}')] * (name == 'disk')), **options.get(name, {}))
 
     def all_have_driven():
         for name, base in bases.items():
