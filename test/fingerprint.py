@@ -1,7 +1,7 @@
 """
 Print one checksum for each output that a change of the code's structure must leave as it is, byte for byte.
 
-``make fingerprint`` runs the commands of this checkout. To compare two checkouts::
+``make fingerprint`` runs the commands that this checkout installs. To compare two checkouts::
 
     diff <(make -s -C OLD fingerprint) <(make -s -C NEW fingerprint)
 
@@ -23,6 +23,7 @@ from mcap.reader import make_reader
 import mobile_robot_control as mrc
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config'
+COMMANDS = Path(sys.executable).parent
 LOOP = ('joint_states', 'wheel_torques', 'odom', 'reference', 'cmd_vel', 'tracking_error')
 PLANT = {
     'noise': ['plant.noise.pose:=[0.01, 0.02, 0.005]', 'plant.noise.velocity:=0.05', 'plant.noise.seed:=7'],
@@ -40,9 +41,8 @@ SEARCHES = [('velocity', 'genetic', []), ('backstepping', 'genetic', ['--mass', 
 
 
 def _run(name, *arguments, folder):
-    """Run a command of the package; returns what it prints."""
-    done = subprocess.run([sys.executable, '-m', f'mobile_robot_control.cli.{name}', *map(str, arguments)], cwd=folder,
-                          capture_output=True, check=False)
+    """Run an installed command of the package; returns what it prints."""
+    done = subprocess.run([COMMANDS / name, *map(str, arguments)], cwd=folder, capture_output=True, check=False)
     assert done.returncode == 0, done.stderr.decode()
     return done.stdout
 

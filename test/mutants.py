@@ -31,12 +31,20 @@ from cosmic_ray.mutating import mutate_code
 from mobile_robot_control.tuning.monte_carlo import wilson_interval
 
 ROOT = Path(__file__).resolve().parents[1]
-PARTS = {name: (name,) for name in ('control', 'messages', 'model', 'reference', 'simulation')}
-PARTS['stamp policies'] = ('ros/inputs/stamp_policy.py', 'ros/clocks/lockstep.py')
+PARTS = {
+    'control': (('control',), ('control',)),
+    'messages': (('messages',), ('messages',)),
+    'model': (('model',), ('model',)),
+    'reference': (('reference',), ('reference',)),
+    'simulation': (('simulation',), ('simulation',)),
+    'stamp policies': (('ros/inputs/stamp_policy.py', 'ros/clocks/lockstep.py'),
+                       ('ros/test_stamp_policy.py', 'ros/test_lockstep_driver.py')),
+}
+"""Of each part: its folders and files in the package, and those of its tests in test/unit."""
 DECLARATIONS = 'test/lint/test_docs.py::test_the_table_of_all_parameters_is_present'
 """Compares declarations, which run at the import, with their table."""
-TESTS = (*(f'test/unit/{name}' for name in PARTS if ' ' not in name), 'test/unit/ros/test_stamp_policy.py',
-         'test/unit/ros/test_lockstep_driver.py', 'test/property', 'test/closed_loop', DECLARATIONS)
+TESTS = (*(f'test/unit/{name}' for _, names in PARTS.values() for name in names), 'test/property', 'test/closed_loop',
+         DECLARATIONS)
 SLOW = ('test_identification.py', 'test_batch.py::test_plain_and_compiled_form_of_a_base_with_everything_',
         'test_chapter_numbers.py::test_one_lap_of_the_trifolium_at_20_khz_')
 """Tests in test/closed_loop, most of which take minutes without compiling."""
@@ -69,7 +77,7 @@ def _is_mutant(mutated, source):
 
 
 def _files(part):
-    for name in PARTS[part]:
+    for name in PARTS[part][0]:
         path = ROOT / 'mobile_robot_control' / name
         yield from sorted(path.rglob('*.py')) if path.is_dir() else [path]
 
