@@ -129,7 +129,7 @@ pages: $(TESTED)
 	$(MADE)/metric_tables.py docs/metrics.md
 	$(MADE)/robots_table.py docs/robots.md
 	$(MADE)/robot_results.py docs/robots.md
-	$(BIN)/python -m mobile_robot_control.configuration.sros2_policy config/sros2/policy.xml
+	$(BIN)/python -m mobile_robot_control.settings.sros2_policy config/sros2/policy.xml
 	$(MADE)/claims_table.py docs/results.md
 	$(MADE)/benchmark_results.py docs/results.md README.md docs/benchmark.md
 	$(MADE)/path_results.py docs/results.md

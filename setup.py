@@ -6,7 +6,13 @@ from setuptools import find_packages, setup
 
 PACKAGE = 'mobile_robot_control'
 NODES = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
-COMMANDS = ('simulate', 'experiment', 'report', 'tune', 'study', 'benchmark', 'plan', 'excite', 'identify', 'dashboard')
+COMMANDS = {
+    'simulate': 'runs.simulation', 'experiment': 'experiment.command', 'report': 'report.reports',
+    'tune': 'search.command', 'study': 'studying.command', 'benchmark': 'benchmarking.command',
+    'plan': 'planning.command', 'excite': 'experiment.excite', 'identify': 'identification.command',
+    'dashboard': 'dashboard.serving',
+}
+"""The module of each command."""
 
 
 def config_files():
@@ -27,7 +33,7 @@ setup(
     python_requires='>=3.10',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     # the annotations are for users, too; scripts and styles of pages
-    package_data={PACKAGE: ['py.typed', 'ros/*.xml', 'web/*.js', 'web/*.css', 'web/uplot/*']},
+    package_data={PACKAGE: ['py.typed', '__init__.pyi', 'ros/*.xml', 'web/*.js', 'web/*.css', 'web/uplot/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
@@ -107,7 +113,7 @@ setup(
     entry_points={
         'console_scripts': [
             *(f'{node} = {PACKAGE}.ros.executables:{node}' for node in NODES),
-            *(f'{command} = {PACKAGE}.cli.{command}:main' for command in COMMANDS),
+            *(f'{command} = {PACKAGE}.{module}:main' for command, module in COMMANDS.items()),
         ],
     },
 )

@@ -11,8 +11,8 @@ sys.path.insert(1, str(Path(__file__).parents[1] / 'tools'))
 
 from notebook_page import markdown_of
 
-from mobile_robot_control import __version__
 from mobile_robot_control.parameters.declaration import Field, members
+from mobile_robot_control.version import __version__
 
 ROOT = Path(__file__).parents[1]
 

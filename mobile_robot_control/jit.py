@@ -20,7 +20,7 @@ def jitable(function: Function) -> Function:
     """
     Register a function for later compilation and return it unchanged.
 
-    The nodes call the plain function; ``simulation.batch`` hands the whole list to numba.
+    The nodes call the plain function; ``loop.batch`` hands the whole list to numba.
 
     Parameters
     ----------

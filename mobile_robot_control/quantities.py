@@ -1,5 +1,5 @@
 """
-The quantities of the domain: the arguments and results of this package's functions.
+The quantities of the domain: the arguments and results of this package's functions; and the grid of stamps.
 
 All are in SI units. The chapter's symbols stand behind each field.
 """
@@ -195,3 +195,14 @@ class Observation(NamedTuple):
     reference: Reference
     velocity: BodyVelocity
     horizon: tuple[Reference, ...] = ()
+
+
+FASTEST = 1e5
+"""Highest rate of a loop [Hz]; above it rounding spoils the stability check of the velocity loop."""
+NANOSECONDS = 1_000_000_000
+"""Nanoseconds in one second."""
+
+
+def period_nanoseconds(rate: float) -> int:
+    """Return the period [ns] of a rate [Hz] whose period is whole nanoseconds."""
+    return round(NANOSECONDS / rate)

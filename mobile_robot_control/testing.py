@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mobile_robot_control.conformance.checks import Conformance
     from mobile_robot_control.control.law import Law
-    from mobile_robot_control.reference.curve import Curve
+    from mobile_robot_control.reference.curves import Curve
 
 
 def check_law(law: 'Law', over_dds: bool = True) -> 'Conformance':
@@ -135,7 +135,7 @@ def _printed(check: 'Callable[[], Conformance]') -> bool:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Check a file; return the exit code: 0 passed, 1 failed, 2 if the file cannot be checked."""
-    from mobile_robot_control.cli.main import make_main  # noqa: PLC0415
+    from mobile_robot_control.cli import make_main  # noqa: PLC0415
 
     return int(make_main(_parser, _run)(arguments))
 

@@ -8,7 +8,7 @@ from mcap.writer import Writer
 from rclpy.serialization import serialize_message
 
 from mobile_robot_control.messages import writing
-from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.topics import LOOP_TOPICS
 
 WALL = 1_790_000_000_000_000_000

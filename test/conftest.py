@@ -23,7 +23,8 @@ os.environ['ROS_DOMAIN_ID'] = 'see test/conftest.py: the fixture domain'
 # beside other tests, threads of OpenBLAS wait for each other: an identification takes twice the CPU time
 os.environ['OPENBLAS_NUM_THREADS'] = '1'
 
-TOGETHER = ('test/closed_loop/', 'test/unit/cli/', 'test/unit/conformance/', 'test/ros/dashboard/')
+TOGETHER = ('test/closed_loop/', 'test/unit/benchmarking/', 'test/unit/conformance/', 'test/unit/search/',
+            'test/unit/studying/', 'test/ros/dashboard/')
 """Folders whose tests compile rollouts, which one process does once, or share a dashboard."""
 
 
@@ -91,7 +92,7 @@ def pytest_runtest_setup(item):
 @pytest.fixture
 def domain(monkeypatch, tmp_path_factory):
     """A ROS domain of its own, for this process and its children, with the Fast DDS settings of an experiment."""
-    from mobile_robot_control.experiment.fastdds_profiles import PROFILES_VARIABLES, use_fastdds_profiles
+    from mobile_robot_control.experiment.node_processes import PROFILES_VARIABLES, use_fastdds_profiles
 
     with own_domain() as variables:
         for name, value in variables.items():
@@ -115,7 +116,7 @@ def browser(tmp_path_factory):
 @pytest.fixture
 def registered():
     """Registers laws and curves for one test; what comes from files is forgotten after it, too."""
-    from mobile_robot_control.plugins import REGISTRIES, register
+    from mobile_robot_control.parameters.plugins import REGISTRIES, register
 
     before = {kind: set(registry) for kind, registry in REGISTRIES.items()}
     yield register

@@ -6,14 +6,13 @@ import numpy as np
 from bag_making import CMD_VEL, GROUND_TRUTH, KINDS, ODOM, WALL
 from stand_in_model import STEP, StandIn
 
-from mobile_robot_control.identification.excitation import Area, Excited, excite
-from mobile_robot_control.model.base import Base, discretise_base
-from mobile_robot_control.model.base_motion import base_at_rest, base_step
+from mobile_robot_control.experiment.excitation import Area, Excited, excite
+from mobile_robot_control.model.base import Base, base_at_rest, base_step, discretise_base
 from mobile_robot_control.model.dynamics import at_rest
 from mobile_robot_control.model.kinematics import along_arc
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose
-from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.runs.bag_writer import BagWriter
 
 PERIOD = 5_000_000
 """Of the robot [ns]."""

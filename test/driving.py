@@ -4,18 +4,17 @@ from typing import NamedTuple
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.dynamics import PlantState, at_rest, moved
-from mobile_robot_control.model.encoders import Encoders, WheelAngles
 from mobile_robot_control.model.kinematics import along_arc
 from mobile_robot_control.model.noise import Noise
-from mobile_robot_control.model.odometry import WheelOdometry
+from mobile_robot_control.model.odometry import Encoders, WheelAngles, WheelOdometry
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.model.sensor_constants import sensor_constants
 from mobile_robot_control.model.sensors import (
     SensorState,
     advance_sensors,
     seen_angles,
     seen_odometry,
     seen_wheels,
+    sensor_constants,
     sensors_at_start,
     shown_sample,
 )

@@ -21,7 +21,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
-from mobile_robot_control.ros.services.qos import SUBSCRIBED
+from mobile_robot_control.ros.qos import SUBSCRIBED
 from mobile_robot_control.ros.spin import make_executor
 
 RATE = 1000.0

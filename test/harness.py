@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import rclpy
+from commands import command_modules
 from mcap.reader import make_reader
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.parameter import Parameter
@@ -19,13 +20,12 @@ from rclpy.task import Future
 from std_srvs.srv import Trigger
 from warm_nodes import WarmNode
 
-from mobile_robot_control.experiment.fastdds_profiles import PROFILES_VARIABLES
-from mobile_robot_control.experiment.node_processes import stop_processes
+from mobile_robot_control.experiment.node_processes import PROFILES_VARIABLES, stop_processes
+from mobile_robot_control.experiment.recorder import Recorder
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.ros.nodes.recorder import Recorder
 from mobile_robot_control.ros.spin import make_executor
 from mobile_robot_control.runs import bag
+from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 CONFIG = Path(__file__).parents[1] / 'config'
@@ -46,7 +46,7 @@ def numbers_in(path):
 def run_command(name, *arguments, timeout=180):
     """Run a command of the package to its end."""
     return subprocess.run(
-        [sys.executable, '-m', f'mobile_robot_control.cli.{name}', *map(str, arguments)],
+        [sys.executable, '-m', command_modules()[name], *map(str, arguments)],
         capture_output=True, text=True, timeout=timeout, check=False,
     )
 
@@ -62,7 +62,7 @@ def experiment(output, *arguments, report=False):
 def start_experiment(output, *arguments, report=False):
     """Start an experiment, and wait until its progress bar has passed a simulated second."""
     run = subprocess.Popen(
-        [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', str(output),
+        [sys.executable, '-m', 'mobile_robot_control.experiment.command', '--output', str(output),
          *([] if report else ['--no-report']), *map(str, arguments)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )

@@ -1,9 +1,9 @@
 """Configurations, rollouts and their metrics, in one process without ROS."""
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.simulation.metrics import summary
-from mobile_robot_control.simulation.rollout import measure, rollout
+from mobile_robot_control.runs.metrics import summary
+from mobile_robot_control.runs.rollout import measure, rollout
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.nodes import NODES
 
 
 def configuration(velocity_rate=500.0, position_rate=100.0, **nodes):

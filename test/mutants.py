@@ -28,7 +28,7 @@ import pytest
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 
-from mobile_robot_control.tuning.monte_carlo import wilson_interval
+from mobile_robot_control.loop.monte_carlo import wilson_interval
 
 ROOT = Path(__file__).resolve().parents[1]
 PARTS = {
@@ -36,8 +36,8 @@ PARTS = {
     'messages': (('messages',), ('messages',)),
     'model': (('model',), ('model',)),
     'reference': (('reference',), ('reference',)),
-    'simulation': (('simulation',), ('simulation',)),
-    'stamp policies': (('ros/inputs/stamp_policy.py', 'ros/clocks/lockstep.py'),
+    'loop': (('loop', 'runs/metrics.py', 'runs/rollout.py'), ('loop', 'runs/test_metrics.py')),
+    'stamp policies': (('ros/stamp_policy.py', 'ros/lockstep.py'),
                        ('ros/test_stamp_policy.py', 'ros/test_lockstep_driver.py')),
 }
 """Of each part: its folders and files in the package, and those of its tests in test/unit."""

@@ -6,9 +6,9 @@ from typing import NamedTuple
 from hypothesis import strategies as st
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 
-from mobile_robot_control.configuration.nodes import NODES, Configuration
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.quantities import LARGEST, SMALLEST
+from mobile_robot_control.settings.nodes import NODES, Configuration
 
 DECLARED = {node: declarations(type(part), defaults=part) for node, part in Configuration()._asdict().items()}
 

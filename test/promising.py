@@ -6,16 +6,16 @@ from harness import CONFIG
 from stand_in_model import Base, drive
 
 from mobile_robot_control.analysis.promises import promise, warnings_of
-from mobile_robot_control.configuration.configure import at_cart_start, configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import course_of
-from mobile_robot_control.control.latency import carried_forward
+from mobile_robot_control.control.compensation import carried_forward
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.loop.batch import run_trials
+from mobile_robot_control.loop.scenarios import configured_scenario
+from mobile_robot_control.loop.trial import make_trial
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose
-from mobile_robot_control.simulation.batch import run_trials
-from mobile_robot_control.simulation.scenarios import configured_scenario
-from mobile_robot_control.simulation.trial import make_trial
+from mobile_robot_control.settings.configure import at_cart_start, configure
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.nodes import course_of
 
 FROM, UNTIL = 10.0, 32.0
 BASES = {

@@ -10,7 +10,7 @@ import signal
 import sys
 
 from mobile_robot_control.experiment.node_processes import NodeProcess
-from mobile_robot_control.plugins import plugin_environment
+from mobile_robot_control.parameters.plugins import plugin_environment
 
 _FORKS = multiprocessing.get_context('forkserver')
 _FORKS.set_forkserver_preload(['mobile_robot_control.ros.spin', *(

@@ -13,11 +13,11 @@ from command_output import output_of
 from law_searches import NAMES
 from page_part import PagePart, table_row
 
-from mobile_robot_control.configuration.sources import ParameterSources
-from mobile_robot_control.configuration.track_files import read_track, shipped_tracks
-from mobile_robot_control.tuning.benchmark import is_first, law_summaries, number_text, rank_text
-from mobile_robot_control.tuning.benchmark_cell import NOT_SEARCHED, was_searched
-from mobile_robot_control.tuning.search_space import search_genes
+from mobile_robot_control.benchmarking.cell import NOT_SEARCHED, was_searched
+from mobile_robot_control.benchmarking.engine import is_first, law_summaries, number_text, rank_text
+from mobile_robot_control.search.space import search_genes
+from mobile_robot_control.settings.configure import ParameterSources
+from mobile_robot_control.settings.tracks import read_track, shipped_tracks
 
 TABLE, SUMMARY, SEEDS = PagePart('laws'), PagePart('benchmark'), PagePart('seeds')
 STORE, SEEDS_STORE = 'benchmark.json', 'benchmark_seeds.json'

@@ -4,6 +4,8 @@ import shlex
 import subprocess
 import sys
 
+from commands import command_modules
+
 
 def output_of(command: str, *more: str, progress: bool = False) -> str:
     """
@@ -26,7 +28,7 @@ def output_of(command: str, *more: str, progress: bool = False) -> str:
     """
     name, *options = shlex.split(command)
     done = subprocess.run(  # noqa: S603 (commands of this package)
-        [sys.executable, '-m', f'mobile_robot_control.cli.{name}', *options, *more],
+        [sys.executable, '-m', command_modules()[name], *options, *more],
         stdout=subprocess.PIPE, stderr=None if progress else subprocess.PIPE, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f'{command}: exit code {done.returncode}: {done.stderr or "see above"}')

@@ -7,16 +7,11 @@ from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 
-from mobile_robot_control.cli.command_parser import EXIT_CODES, make_parser
+from commands import command_modules
 
-_SETUP = Path(__file__).parents[1] / 'setup.py'
+from mobile_robot_control.cli import EXIT_CODES, make_parser
+
 _EXAMPLES = 'For example:'
-
-
-def command_names() -> list[str]:
-    """Return the names of the commands, in the order of setup.py."""
-    listed = re.search(r'^COMMANDS = \((.*?)\)$', _SETUP.read_text(encoding='utf-8'), re.DOTALL | re.MULTILINE)
-    return re.findall(r"'(\w+)'", listed[1]) if listed else []
 
 
 def _inline(text: str) -> str:
@@ -84,8 +79,8 @@ def _description(parser: argparse.ArgumentParser) -> str:
 
 def _sections() -> Iterator[str]:
     shared = _options(make_parser('', ''))
-    for name in command_names():
-        parser = import_module(f'mobile_robot_control.cli.{name}').parser()
+    for name, module in command_modules().items():
+        parser = import_module(module).parser()
         own = {option: text for option, text in _options(parser).items() if option not in shared}
         description = _description(parser)
         yield f'## {name}\n\n{_inline(description[:1].upper() + description[1:])}'
@@ -94,7 +89,7 @@ def _sections() -> Iterator[str]:
 
 
 def _summary() -> Iterator[str]:
-    parsers = {name: import_module(f'mobile_robot_control.cli.{name}').parser() for name in command_names()}
+    parsers = {name: import_module(module).parser() for name, module in command_modules().items()}
     yield '| command | task |\n|---|---|'
     yield from (f'| [{name}](#{name}) | {_inline(_description(parser).rstrip("."))} |'
                 for name, parser in parsers.items())

@@ -3,11 +3,10 @@
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control.laws import BUILT_IN
-from mobile_robot_control.tuning.search_gains import configured_gains, parameters
-from mobile_robot_control.tuning.search_space import search_genes
+from mobile_robot_control.search.space import configured_gains, parameters, search_genes
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 
 NAMES = tuple(law.name for law in BUILT_IN)
 

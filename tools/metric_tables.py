@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from page_part import PagePart, table_row
 
-from mobile_robot_control.simulation.metric_table import INDEX_METRICS, RUN_METRICS, Metric
+from mobile_robot_control.loop.metric_table import INDEX_METRICS, RUN_METRICS, Metric
 
 _TABLES = ((PagePart('table of metrics'), RUN_METRICS), (PagePart('table of performance indices'), INDEX_METRICS))
 
@@ -18,7 +18,7 @@ def _lines(metrics: Sequence[Metric]) -> list[str]:
 
 def parts() -> list[tuple[PagePart, str]]:
     """Return the parts of the page with their marks."""
-    return [(part, part.marked('simulation/metric_table.py', _lines(metrics))) for part, metrics in _TABLES]
+    return [(part, part.marked('loop/metric_table.py', _lines(metrics))) for part, metrics in _TABLES]
 
 
 if __name__ == '__main__':

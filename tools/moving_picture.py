@@ -14,8 +14,8 @@ from chapter_figures.runs import HYBRID_LEMNISCATE, LAP, Runs
 from PIL import Image
 
 from mobile_robot_control.pages import page
-from mobile_robot_control.pages.animation import write_frames
 from mobile_robot_control.pages.page_parts import first_screen, replay_scripts, replay_styles
+from mobile_robot_control.report.animation import write_frames
 
 _WINDOW = (720, 620)
 """[px]: the replay fills what sentence and numbers leave."""

@@ -11,8 +11,8 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / 'mobile_robot_control'
 PICTURE = ROOT / 'docs' / 'images' / 'packages.svg'
 _WIDTH, _HEIGHT, _LINE, _ACROSS, _DOWN, _MARGIN = 118, 30, 8, 18, 40, 16
-_BESIDE = 'quantities, topics, stamps, angles, jit'
-_OUTSIDE = ('__init__.py', 'former_names.py', 'testing.py')
+_BESIDE = 'quantities, topics, angles, jit, version'
+_OUTSIDE = ('__init__.py', 'testing.py')
 """The package's face, and modules for users alone: nothing of the package imports them."""
 _SWEEPS = 12
 _STYLE = """
@@ -45,7 +45,7 @@ def imports_between_folders() -> dict[str, set[str]]:
 def _folder(path: Path) -> str:
     """Return the folder of a file; the modules beside the folders are one."""
     first = path.relative_to(PACKAGE).parts[0]
-    return _BESIDE if first.endswith('.py') else first
+    return _BESIDE if first.removesuffix('.py') in _BESIDE.split(', ') else first.removesuffix('.py')
 
 
 def _direct(graph: dict[str, set[str]]) -> dict[str, set[str]]:

@@ -5,10 +5,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.configuration.shared import Shared
-from mobile_robot_control.parameters.declaration import Declaration, Field, declarations
-from mobile_robot_control.parameters.values import describe_bounds
+from mobile_robot_control.parameters.declaration import Declaration, Field, declarations, describe_bounds
+from mobile_robot_control.settings.nodes import NODES, Shared
 
 _END = '<!-- end of parameters -->'
 

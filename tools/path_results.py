@@ -11,13 +11,13 @@ from command_output import output_of
 from law_searches import NAMES, LawGains, gains_of
 from page_part import PagePart, table_row
 
-from mobile_robot_control.configuration.configure import at_cart_start, configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import NODES, course_of
-from mobile_robot_control.simulation.metrics import summary
-from mobile_robot_control.simulation.rollout import recorded
+from mobile_robot_control.runs.metrics import summary
+from mobile_robot_control.runs.rollout import recorded
+from mobile_robot_control.search.space import search_genes
+from mobile_robot_control.settings.configure import at_cart_start, configure
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.nodes import NODES, course_of
 from mobile_robot_control.system.files import write_atomically
-from mobile_robot_control.tuning.search_space import search_genes
 
 PART = PagePart('paths')
 STORE = 'path_results.json'

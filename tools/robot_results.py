@@ -11,9 +11,8 @@ from typing import Any
 from command_output import output_of
 from page_part import PagePart, table_row
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.robot_files import shipped_robots
+from mobile_robot_control.settings.configure import configure, shipped_robots
+from mobile_robot_control.settings.files import load
 
 PART = PagePart('results')
 _NO_SLIP = ('-p', 'plant.odometry.slip:=0.0')

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.configuration.robot_files import shipped_robots
 from mobile_robot_control.parameters.declaration import declarations
+from mobile_robot_control.settings.configure import shipped_robots
+from mobile_robot_control.settings.nodes import NODES
 
 _MARKS = re.compile('(<!-- robots: generated -->).*?(<!-- end of robots -->)', re.DOTALL)
 PLACEHOLDER = 'placeholder: '

@@ -5,10 +5,10 @@ from fnmatch import fnmatchcase
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.model.plant import split_names
 from mobile_robot_control.parameters.declaration import Declaration, declarations, flatten
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.nodes import Configuration
 
 BOTH, TORQUE, VELOCITY = ('torque', 'velocity'), ('torque',), ('velocity',)
 

@@ -5,12 +5,18 @@ import statistics
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from mobile_robot_control.analysis.lap_margins import LapMargins, LoopMargins, loop_margins
-from mobile_robot_control.analysis.margins import LARGEST_GAIN, MOST_PERIODS, longest_delay
+from mobile_robot_control.analysis.margins import (
+    LARGEST_GAIN,
+    MOST_PERIODS,
+    LapMargins,
+    LoopMargins,
+    longest_delay,
+    loop_margins,
+)
 from mobile_robot_control.analysis.modelled import Described, describe_model, drive_of
-from mobile_robot_control.configuration.nodes import Configuration, counted_twice
+from mobile_robot_control.loop.scenarios import Scenario
 from mobile_robot_control.model.plant import VELOCITY
-from mobile_robot_control.simulation.scenarios import Scenario
+from mobile_robot_control.settings.nodes import Configuration, counted_twice
 from mobile_robot_control.system.texts import as_lines
 
 THIN_GAIN = 2.0

@@ -11,16 +11,15 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control.law import Law
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.plugins import plugin_environment
-from mobile_robot_control.plugins.registry import BUILT_IN, PluginError, Registry
-from mobile_robot_control.reference.curve import Curve
-from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.closed_loop import Sample
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.loop.closed_loop import Sample
+from mobile_robot_control.parameters.plugins import plugin_environment
+from mobile_robot_control.parameters.registry import BUILT_IN, PluginError, Registry
+from mobile_robot_control.reference.curves import CURVES, Curve
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 
 Check = Callable[[], Iterable[str]]
 """Yields faults, each with an input that shows it; the first one counts."""
@@ -245,7 +244,7 @@ def _experiment(output: Path, options: list[str]) -> list[Sample] | str:
     paths = os.pathsep.join(filter(None, sys.path))
     environment = os.environ | plugin_environment() | {
         'PYTHONPATH': paths, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
-    command = [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', str(output), '--no-report',
+    command = [sys.executable, '-m', 'mobile_robot_control.experiment.command', '--output', str(output), '--no-report',
                '--composed', '--duration', str(_DURATION), '--namespace', namespace, *options]
     try:
         done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=_PATIENCE,  # noqa: S603

@@ -30,8 +30,8 @@ from mobile_robot_control.conformance.sampling import (
 )
 from mobile_robot_control.control.law import Law
 from mobile_robot_control.control.laws import BUILT_IN
-from mobile_robot_control.simulation import batch
-from mobile_robot_control.simulation.batch import reason_of
+from mobile_robot_control.loop import batch
+from mobile_robot_control.loop.batch import reason_of
 
 DIFFERENT = {'hypot': 'math.sqrt(x * x + y * y)', 'pow': 'products', 'gamma': 'a table', 'lgamma': 'a table'}
 """Functions with other rounding when compiled, and their replacements."""

@@ -19,11 +19,10 @@ from mobile_robot_control.conformance.checks import (
 )
 from mobile_robot_control.conformance.sampling import bits_of
 from mobile_robot_control.control.laws import BUILT_IN
-from mobile_robot_control.parameters.checking import rule_violations
-from mobile_robot_control.plugins.registry import PluginError
+from mobile_robot_control.parameters.declaration import rule_violations
+from mobile_robot_control.parameters.registry import PluginError
 from mobile_robot_control.reference.cart import CurveParameters
-from mobile_robot_control.reference.curve import Curve, CurvePoint
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.curves import CURVES, Curve, CurvePoint
 
 _LAP = 2.0 * math.pi
 _H = 1e-3

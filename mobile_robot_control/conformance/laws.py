@@ -8,8 +8,6 @@ from itertools import cycle, islice
 from random import Random
 from typing import Any
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.nodes import NODES, Configuration
 from mobile_robot_control.conformance.checks import (
     Check,
     Conformance,
@@ -48,11 +46,12 @@ from mobile_robot_control.control.bumpless_transfer import RunningLaw
 from mobile_robot_control.control.law import Law, LawFailedError
 from mobile_robot_control.control.laws import BUILT_IN, LAWS, PositionControl, groups_of
 from mobile_robot_control.control.tracking_error import distance
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.loop.trial import Trial, cart_motion, make_rollout, make_trial, prepared_loop, references
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import BodyVelocity, Observation, Reference
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.cart_motion import cart_motion, references
-from mobile_robot_control.simulation.trial import Trial, make_rollout, make_trial, prepared_loop
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.nodes import NODES, Configuration
 
 _SEED = 20
 _PURE = 250

@@ -12,11 +12,9 @@ from typing import Any, NamedTuple
 from mobile_robot_control.control.law import Law, LawFailedError, checked_step
 from mobile_robot_control.control.laws import LAWS, PositionControl, groups_of, select
 from mobile_robot_control.control.velocity_pi import VelocityGains
-from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.parameters.declaration import Declaration, Field, declarations, flatten
+from mobile_robot_control.parameters.declaration import Declaration, Field, ParameterError, build, declarations, flatten
 from mobile_robot_control.quantities import LARGEST, SMALLEST, BodyVelocity, Observation, Pose, Reference, TrackingError
-from mobile_robot_control.tuning.search_gains import Gains, decode
-from mobile_robot_control.tuning.search_space import Gene, search_genes
+from mobile_robot_control.search.space import Gains, Gene, decode, search_genes
 
 
 def bits_of(value: Any, within: frozenset[int] = frozenset()) -> Any:

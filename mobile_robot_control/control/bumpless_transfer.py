@@ -3,10 +3,10 @@
 import math
 from typing import Any, NamedTuple
 
-from mobile_robot_control.control.command_limits import Limits, limit_command
-from mobile_robot_control.control.feedforward import advanced, lead
+from mobile_robot_control.control.compensation import advanced, lead
 from mobile_robot_control.control.law import Law, checked_step
 from mobile_robot_control.control.laws import PositionControl, select
+from mobile_robot_control.control.limits import Limits, limit_command
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation
 
 _FADE_TIME = 0.2

@@ -8,8 +8,7 @@ from mobile_robot_control.control.backstepping import BacksteppingGains
 from mobile_robot_control.control.law import Law, NoState
 from mobile_robot_control.control.tracking_error import bearing, distance
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.parameters.checking import rule
-from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.parameters.declaration import Field, rule
 from mobile_robot_control.quantities import BodyVelocity, Observation, TrackingError
 
 _ON_THE_CART = 1e-6

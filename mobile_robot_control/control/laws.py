@@ -7,12 +7,11 @@ from functools import lru_cache
 from importlib import import_module
 from typing import Any
 
-from mobile_robot_control.control.command_limits import Limits
-from mobile_robot_control.control.feedforward import Feedforward
+from mobile_robot_control.control.compensation import Feedforward
 from mobile_robot_control.control.law import Law
-from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.parameters.declaration import Declaration, Field, declarations
-from mobile_robot_control.plugins.registry import Registry, Source, name_violations
+from mobile_robot_control.control.limits import Limits
+from mobile_robot_control.parameters.declaration import Declaration, Field, ParameterError, build, declarations
+from mobile_robot_control.parameters.registry import Registry, Source, name_violations
 from mobile_robot_control.system.texts import located_error, shortened
 
 BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{module}').LAW for module in (

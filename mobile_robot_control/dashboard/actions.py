@@ -11,17 +11,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.dashboard.disturbances import DISTURBANCES
-from mobile_robot_control.dashboard.fuzzy_surface import surface_numbers
 from mobile_robot_control.dashboard.lesson_files import Lesson
 from mobile_robot_control.dashboard.link import RobotLink
-from mobile_robot_control.dashboard.path_drawing import MOST, on_a_path, planned, start_of
+from mobile_robot_control.dashboard.publishing import DISTURBANCES, MOST, on_a_path, planned, start_of
 from mobile_robot_control.dashboard.recordings import STATE, BusyError, Recordings, save_parameters
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
 from mobile_robot_control.dashboard.started_nodes import StartedNodes
-from mobile_robot_control.dashboard.teaching import LessonError, Robot, Teaching
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import declarations
+from mobile_robot_control.dashboard.teaching import LessonError, Robot, Teaching, surface_numbers
+from mobile_robot_control.parameters.declaration import ParameterError, declarations
 from mobile_robot_control.reference.cart import Placement, reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.system.files import explain

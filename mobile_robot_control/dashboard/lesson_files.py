@@ -7,13 +7,11 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.configuration.robot_files import shipped_folder
 from mobile_robot_control.dashboard.sampling import COLUMNS
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.parameters.values import nearest
+from mobile_robot_control.parameters.declaration import ParameterError, declarations, nearest
 from mobile_robot_control.reference.path_parameters import Timing
+from mobile_robot_control.settings.configure import shipped_folder
+from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.system.files import PARAMETER_FILE, explain, read_bounded
 from mobile_robot_control.system.texts import shortened
 

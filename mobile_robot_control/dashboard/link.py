@@ -17,22 +17,19 @@ import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.control import backstepping
-from mobile_robot_control.dashboard.disturbances import Disturbances
-from mobile_robot_control.dashboard.loop_topics import LoopTopics
-from mobile_robot_control.dashboard.node_states import NodeStates
+from mobile_robot_control.dashboard.graph import LoopTopics, NodeStates, PolledTopic
 from mobile_robot_control.dashboard.parameter_book import ParameterBook
-from mobile_robot_control.dashboard.path_drawing import PathSender
-from mobile_robot_control.dashboard.polling import PolledTopic
+from mobile_robot_control.dashboard.publishing import Disturbances, PathSender
 from mobile_robot_control.dashboard.recordings import STATE
 from mobile_robot_control.dashboard.sampling import message_text
 from mobile_robot_control.dashboard.service_calls import ServiceCalls
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.quantities import TrackingError
-from mobile_robot_control.recording.changes import RESET
 from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.runs.mcap_stream import RESET
+from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS
 

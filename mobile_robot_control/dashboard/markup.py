@@ -1,6 +1,6 @@
 """The page; its content comes over the socket and is set as text."""
 
-from mobile_robot_control.web.assets import asset
+from mobile_robot_control.pages.page import asset
 
 _SCRIPTS = ('uplot/uPlot.iife.min.js', 'basics.js', 'marks.js', 'scene.js', 'live.js', 'live_stage.js',
             'live_charts.js', 'live_parameters.js', 'live_surface.js', 'live_path.js', 'live_lessons.js',

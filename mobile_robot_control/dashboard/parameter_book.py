@@ -1,6 +1,6 @@
 """The store of the nodes' parameters: discovered, described, read and set by their services."""
 
-from __future__ import annotations
+from __future__ import annotations  # rclpy's classes are generic from kilted on
 
 import math
 from collections.abc import Callable
@@ -12,11 +12,10 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
-from mobile_robot_control.configuration.files import is_ros_parameter
-from mobile_robot_control.configuration.nodes import NODES, Configuration
 from mobile_robot_control.dashboard.service_calls import NoAnswerError, ServiceCalls
-from mobile_robot_control.parameters.declaration import Declaration, declarations, flatten
-from mobile_robot_control.parameters.values import describe_bounds
+from mobile_robot_control.parameters.declaration import Declaration, declarations, describe_bounds, flatten
+from mobile_robot_control.settings.files import is_ros_parameter
+from mobile_robot_control.settings.nodes import NODES, Configuration
 from mobile_robot_control.system.texts import shortened
 
 _LONGEST = 400

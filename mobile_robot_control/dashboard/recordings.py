@@ -11,8 +11,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.configuration.files import parameter_file_text
-from mobile_robot_control.plugins import plugin_environment
+from mobile_robot_control.parameters.plugins import plugin_environment
+from mobile_robot_control.settings.files import parameter_file_text
 from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.system.texts import shortened
 

@@ -14,7 +14,7 @@ from mobile_robot_control.messages.parsing import (
     read_plain_twist,
     serialised_stamp,
 )
-from mobile_robot_control.recording.columns import READ
+from mobile_robot_control.runs.columns import READ
 from mobile_robot_control.topics import POSITION_TOPICS
 
 COLUMNS = (

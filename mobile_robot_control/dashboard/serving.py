@@ -1,26 +1,42 @@
-"""The live page, with its own nodes or with those already running."""
+"""
+The command `dashboard`: watch and control the robot live in a browser.
 
+It starts the four nodes and prints the address of the page (docs/dashboard.md). Ctrl-C ends the page and the
+nodes that it started. It needs the extra `dashboard`.
+
+For example:
+  dashboard --params-file config/fuzzy.yaml
+  dashboard --attach --namespace /robot1
+
+Exit codes:
+  0  ended by Ctrl-C
+  2  bad usage, a lesson with an error, a port in use, the extra is missing, or another node publishes on
+     the topics of the nodes to start
+"""
+
+import argparse
 import contextlib
 import ipaddress
 import os
 import secrets
 import socket
+import sys
 import time
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.configuration.addressing import read_namespace
-from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.cli import make_main, make_parser, request_of
 from mobile_robot_control.dashboard.lesson_files import read_lessons
 from mobile_robot_control.experiment.node_processes import START
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
-from mobile_robot_control.ros.services.environment import check_environment
-from mobile_robot_control.ros.services.stop import Stop
+from mobile_robot_control.ros.process import Stop, check_environment
+from mobile_robot_control.settings.configure import ParameterSources
+from mobile_robot_control.settings.files import read_namespace
 from mobile_robot_control.system.files import encodable_path
-from mobile_robot_control.system.supervisor import Supervisor
+from mobile_robot_control.system.supervisor import Supervisor, leave_dds
 from mobile_robot_control.system.texts import printable
 
 _SETTLE = 3.2
@@ -96,7 +112,7 @@ def serve(request: DashboardRequest, stop: Stop) -> None:
     from mobile_robot_control.dashboard.server import PageServer, Served  # noqa: PLC0415
     from mobile_robot_control.dashboard.snapshot import shown_state  # noqa: PLC0415
     from mobile_robot_control.dashboard.started_nodes import StartedNodes  # noqa: PLC0415
-    from mobile_robot_control.experiment.fastdds_profiles import use_fastdds_profiles  # noqa: PLC0415
+    from mobile_robot_control.experiment.node_processes import use_fastdds_profiles  # noqa: PLC0415
 
     with contextlib.ExitStack() as opened:
         opened.callback(listening.close)
@@ -148,3 +164,29 @@ def _names(host: str, bound: str, port: int) -> frozenset[str]:
     if ipaddress.ip_address(bound.partition('%')[0]).is_unspecified:
         return frozenset()
     return frozenset(f'{_shown(name)}:{port}' for name in ({_LOCAL, 'localhost', '::1'} if _is_local(host) else {host}))
+
+
+def parser() -> argparse.ArgumentParser:
+    """Make the parser of `dashboard`."""
+    # before all else: a signal is not lost
+    stop = Stop()
+    made = make_parser('dashboard', __doc__, DashboardRequest)
+    made.set_defaults(stop=stop)
+    return made
+
+
+def _run(options: argparse.Namespace) -> int:
+    serve(request_of(DashboardRequest, options), options.stop)
+    return 0
+
+
+_main = make_main(parser, _run)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code, also where to leave DDS hangs."""
+    return leave_dds(int(_main(arguments)))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

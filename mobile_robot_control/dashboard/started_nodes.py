@@ -4,12 +4,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import configuration_text
-from mobile_robot_control.configuration.nodes import Configuration, loop_of
 from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import flatten
+from mobile_robot_control.parameters.declaration import ParameterError, flatten
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import configuration_text
+from mobile_robot_control.settings.nodes import Configuration, loop_of
 from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.system.texts import shortened
 

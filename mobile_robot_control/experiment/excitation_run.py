@@ -9,17 +9,16 @@ import rclpy
 from rclpy.executors import Executor
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.experiment.exciting import Excitation, ExcitationRequest
+from mobile_robot_control.experiment.excitation import Area, Excitation, ExcitationRequest
+from mobile_robot_control.experiment.exciter import Exciter
 from mobile_robot_control.experiment.runner import SETTLE
-from mobile_robot_control.identification.excitation import Area
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.ros.nodes.exciter import Exciter
-from mobile_robot_control.ros.services.qos import flush
-from mobile_robot_control.ros.services.stop import Stop
-from mobile_robot_control.ros.services.timers import create_steady_timer
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.ros.process import Stop
+from mobile_robot_control.ros.qos import flush
 from mobile_robot_control.ros.spin import make_executor
-from mobile_robot_control.runs.topic_names import topic_names
+from mobile_robot_control.ros.timers import create_steady_timer
+from mobile_robot_control.runs.bag import topic_names
+from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.supervisor import keep_node
 

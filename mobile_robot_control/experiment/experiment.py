@@ -5,18 +5,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from mobile_robot_control.configuration.addressing import read_namespace
-from mobile_robot_control.configuration.nodes import Configuration
-from mobile_robot_control.configuration.sources import ParameterSources
 from mobile_robot_control.experiment.folders import WRITTEN, experiment_folders
 from mobile_robot_control.experiment.node_processes import START
-from mobile_robot_control.experiment.result import ExperimentResult
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.experiment.runner import ExperimentResult
+from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
-from mobile_robot_control.ros.services.environment import check_environment
-from mobile_robot_control.ros.services.refusal import LOAD_ERRORS, load_fault
-from mobile_robot_control.ros.services.stop import Stop
+from mobile_robot_control.ros.process import LOAD_ERRORS, Stop, check_environment, load_fault
+from mobile_robot_control.settings.configure import ParameterSources
+from mobile_robot_control.settings.files import read_namespace
+from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.system.files import encodable_path
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.supervisor import Supervisor
@@ -116,8 +113,8 @@ class Experiments:
         with Supervisor(max(request.patience, START)) as supervisor:
             # imported late: usage errors appear at once, and an import that hangs is noticed
             try:
-                from mobile_robot_control.experiment.evaluation import evaluate  # noqa: PLC0415
-                from mobile_robot_control.experiment.recorded_run import run_experiment  # noqa: PLC0415
+                from mobile_robot_control.experiment.folders import evaluate  # noqa: PLC0415
+                from mobile_robot_control.experiment.runner import run_experiment  # noqa: PLC0415
             except LOAD_ERRORS as error:
                 raise ParameterError([load_fault(error)]) from error
 
@@ -157,7 +154,7 @@ class Experiments:
     def compare(self) -> list[str]:
         """Run several configurations in sequence, and report them together; return the errors."""
         # imported late: usage errors appear at once
-        from mobile_robot_control.pages.reports import refuse_too_many, report  # noqa: PLC0415
+        from mobile_robot_control.report.reports import refuse_too_many, report  # noqa: PLC0415
 
         request, output = self._request, self._output
         refuse_too_many(len(request.compare))

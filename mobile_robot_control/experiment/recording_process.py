@@ -11,15 +11,15 @@ from pathlib import Path
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import loop_of
-from mobile_robot_control.experiment.evaluation import evaluate
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.ros.nodes.recorder import NO_LIMIT, Recorder
-from mobile_robot_control.ros.services.stop import Stop
+from mobile_robot_control.experiment.folders import evaluate
+from mobile_robot_control.experiment.recorder import NO_LIMIT, Recorder
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.ros.process import Stop
 from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.runs.bag_writer import BagWriter
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.nodes import loop_of
 from mobile_robot_control.system.files import explain
 from mobile_robot_control.system.supervisor import keep_node, leave_dds
 from mobile_robot_control.topics import LOOPS, LoopGraph

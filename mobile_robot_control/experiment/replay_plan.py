@@ -7,20 +7,15 @@ from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import PATH_FILE, load
-from mobile_robot_control.configuration.nodes import NODES, PACE, Configuration, loop_of
-from mobile_robot_control.configuration.sources import ParameterSources
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import declarations, flatten
-from mobile_robot_control.parameters.values import check_value
-from mobile_robot_control.quantities import LARGEST, Push
-from mobile_robot_control.recording.changes import RESET, Change
-from mobile_robot_control.recording.loop_messages import LoopMessages, first_difference, read_loop_messages
-from mobile_robot_control.recording.mcap_stream import BagError
+from mobile_robot_control.parameters.declaration import ParameterError, check_value, declarations, flatten
+from mobile_robot_control.quantities import LARGEST, Push, period_nanoseconds
 from mobile_robot_control.reference.path_parameters import NO_FILE
 from mobile_robot_control.reference.waypoints import read_waypoints_once
-from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.runs.bag_files import LoopMessages, first_difference, read_loop_messages
+from mobile_robot_control.runs.mcap_stream import RESET, BagError, Change
+from mobile_robot_control.settings.configure import ParameterSources, configure
+from mobile_robot_control.settings.files import PATH_FILE, load
+from mobile_robot_control.settings.nodes import NODES, PACE, Configuration, loop_of
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import DISTURBANCE, LAW_FILE, MOST_EVENTS, PATH_TOPIC
 

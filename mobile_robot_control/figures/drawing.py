@@ -13,8 +13,19 @@ from matplotlib.figure import Figure as Drawn
 from matplotlib.patches import Circle
 from matplotlib.ticker import LogFormatter, MaxNLocator
 
-from mobile_robot_control.figures.figure import BEST, COMMAND, DIFFERENCE, MEAN, REFERENCE, SEEN, VALUE, Figure, Panel
-from mobile_robot_control.figures.lines import Floats, thinned
+from mobile_robot_control.figures.figure import (
+    BEST,
+    COMMAND,
+    DIFFERENCE,
+    MEAN,
+    REFERENCE,
+    SEEN,
+    VALUE,
+    Figure,
+    Floats,
+    Panel,
+    thinned,
+)
 from mobile_robot_control.figures.palette import BLUE, FAINT, GREY, INK, LINES, line_widths, save, style
 from mobile_robot_control.system.texts import printable
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.figures.figure import Floats
 from mobile_robot_control.identification.estimation import Z95, Estimate, Model, estimate, whitened
 from mobile_robot_control.identification.recorded import Recorded, cut
 from mobile_robot_control.identification.velocity_drive import (

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.figures.figure import Floats
 
 Z95 = 1.959963984540054
 """Half the width of a 95 % interval in standard deviations."""

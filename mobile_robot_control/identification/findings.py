@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.figures.figure import Floats
 from mobile_robot_control.identification.base_search import BaseFit, excited_by
 from mobile_robot_control.identification.estimation import Estimate
 from mobile_robot_control.identification.recorded import STILL, Recorded

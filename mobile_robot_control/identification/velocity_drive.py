@@ -1,4 +1,4 @@
-"""The model of a robot that takes velocities: `model.base_motion`, from recorded commands to odometry's increments."""
+"""The model of a robot that takes velocities: `model.base`, from recorded commands to odometry's increments."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, lru_cache
@@ -6,15 +6,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.figures.figure import Floats
 from mobile_robot_control.identification.estimation import Model
 from mobile_robot_control.identification.recorded import Commands, Recorded
-from mobile_robot_control.model.base import Base, discretise_base
-from mobile_robot_control.model.base_motion import base_at_rest, base_step
+from mobile_robot_control.loop.batch import compiled
+from mobile_robot_control.model.base import Base, base_at_rest, base_step, discretise_base
 from mobile_robot_control.model.dynamics import at_rest
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose
-from mobile_robot_control.simulation.batch import compiled
 
 STEP, COARSE_STEP = 1_000_000, 4_000_000
 """Period of a simulation [ns], and of one that only seeks a start; longer for recordings with more steps than ..."""

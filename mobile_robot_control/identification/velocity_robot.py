@@ -1,17 +1,15 @@
-"""The identification of a robot that takes velocity commands."""
+"""The identification of a robot that takes velocity commands, and of its odometry by a pose from outside."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.configuration.nodes import Configuration
-from mobile_robot_control.figures.lines import Floats
-from mobile_robot_control.identification import findings, outside, velocity_drive
+from mobile_robot_control.figures.figure import Floats
+from mobile_robot_control.identification import findings, velocity_drive
 from mobile_robot_control.identification.base_search import BaseFit, NothingFollowsError, fit_base
-from mobile_robot_control.identification.clocks import Clock
-from mobile_robot_control.identification.estimation import Z95, Estimate, estimate
-from mobile_robot_control.identification.recorded import Recorded, cut
+from mobile_robot_control.identification.estimation import Z95, Estimate, Model, estimate
+from mobile_robot_control.identification.recorded import Clock, Motion, Recorded, cut, moved_between
 from mobile_robot_control.identification.result import (
     HELD_OUT,
     Identification,
@@ -28,6 +26,85 @@ from mobile_robot_control.identification.result import (
 from mobile_robot_control.model.base import Base
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.settings.nodes import Configuration
+
+ERRORS = ('plant.odometry.radius_error[0]', 'plant.odometry.radius_error[1]', 'plant.odometry.separation_error')
+_OFFSET = 'offset'
+_APART = 0.5
+"""[s] between compared poses from outside: over longer distances, noise between messages matters little."""
+
+
+class Alignment(NamedTuple):
+    """The frame of odometry in that of the pose from outside: x, y [m], rotation [rad]."""
+
+    x: float
+    y: float
+    rotation: float
+
+
+def calibrate(recordings: Sequence[Recorded], robot: Robot) -> Estimate:
+    """
+    Estimate the errors of odometry's radii and separation, and the offset between both clocks.
+
+    It compares motions between poses from outside, so the frames need no common origin.
+    """
+    seen = [_thinned(one) for one in recordings]
+
+    def outputs(values: Floats) -> list[Floats]:
+        found = []
+        for one, true in zip(recordings, seen, strict=True):
+            assert one.motion  # noqa: S101 (for mypy: checked by the caller)
+            way = np.concatenate([np.zeros((1, 2)), np.cumsum(one.motion.moved, axis=0)])
+            at = np.column_stack([np.interp(true.times - values[3], one.motion.times, way[:, n]) for n in (0, 1)])
+            found.append(corrected(np.diff(at, axis=0), values[:3], robot))
+        return found
+
+    model = Model((*ERRORS, _OFFSET), np.zeros(4), np.array([-0.5, -0.5, -0.5, -1.0]),
+                  np.array([0.5, 0.5, 0.5, 1.0]), np.array([1e-5, 1e-5, 1e-5, 1e-3]), outputs)
+    return estimate(model, [true.moved for true in seen])
+
+
+def _thinned(one: Recorded) -> Motion:
+    """Return the motion of the pose from outside, over intervals within odometry."""
+    assert one.truth  # noqa: S101 (for mypy: checked by the caller)
+    assert one.motion  # noqa: S101 (for mypy, too)
+    times, way = one.truth.times, np.concatenate(
+        [np.zeros((1, 2)), np.cumsum(moved_between(one.truth.values), axis=0)])
+    inside = np.flatnonzero((times > one.motion.times[0] + 1.0) & (times < one.motion.times[-1] - 1.0))
+    chosen = inside[np.unique(np.searchsorted(times[inside], np.arange(times[inside[0]], times[inside[-1]], _APART)))]
+    return Motion(times[chosen], np.diff(way[chosen], axis=0), np.ones(chosen.size - 1, bool))
+
+
+def corrected(moved: Floats, errors: Floats, robot: Robot) -> Floats:
+    """Convert distances and turns of odometry to true ones, for the errors of its radii and its separation."""
+    apart = robot.wheel_separation
+    half = 0.5 * apart * (1.0 + errors[2])
+    right = (moved[:, 0] + half * moved[:, 1]) / (1.0 + errors[0])
+    left = (moved[:, 0] - half * moved[:, 1]) / (1.0 + errors[1])
+    return np.column_stack([0.5 * (right + left), (right - left) / apart])
+
+
+def with_true_motion(one: Recorded, errors: Floats, robot: Robot) -> Recorded:
+    """Return a recording with the motion of odometry, corrected for its errors."""
+    assert one.motion  # noqa: S101 (for mypy: checked by the caller)
+    return one._replace(motion=Motion(one.motion.times, corrected(one.motion.moved, errors, robot),
+                                      one.motion.usable))
+
+
+def alignment(one: Recorded) -> Alignment:
+    """Return the planar motion from odometry's frame to that of the pose from outside, from positions on both paths."""
+    assert one.truth  # noqa: S101 (for mypy: checked by the caller)
+    assert one.odometry  # noqa: S101 (for mypy, too)
+    inside = (one.odometry.times >= one.truth.times[0]) & (one.odometry.times <= one.truth.times[-1])
+    seen = one.odometry.values[inside, :2]
+    true = np.column_stack([np.interp(one.odometry.times[inside], one.truth.times, one.truth.values[:, n])
+                            for n in (0, 1)])
+    # the argument of the sum of all products of complex numbers is the least-squares rotation
+    there, here = (part[:, 0] + 1j * part[:, 1] for part in (true, seen))
+    rotation = float(np.angle(((there - there.mean()) * (here - here.mean()).conj()).sum()))
+    origin = there.mean() - np.exp(1j * rotation) * here.mean()
+    return Alignment(float(origin.real), float(origin.imag), rotation)
+
 
 _CLOCK_ERROR = (5e-5, 0.015)
 """Error of a clock offset by the fastest messages of a recording: [s], and as a share of their jitter."""
@@ -51,9 +128,9 @@ def identify_base(
     robot, given = configuration.plant.shared.robot, configuration.plant.model.base
     usable = [one for one in recordings if one.commands and one.motion and one.motion.usable.any()]
     seen = [one for one in usable if one.truth]
-    calibration = outside.calibrate(seen, robot) if seen else None
+    calibration = calibrate(seen, robot) if seen else None
     if calibration:
-        usable = [outside.with_true_motion(one, calibration.values[:3], robot) for one in usable]
+        usable = [with_true_motion(one, calibration.values[:3], robot) for one in usable]
     try:
         fit = fit_base(usable, robot, given, tell)
     except NothingFollowsError as error:
@@ -87,11 +164,11 @@ def _of_odometry(calibration: Estimate | None, seen: Sequence[Recorded]) -> _Par
     if calibration is None:
         return _Part([], (), np.zeros((0, 0)), ['wheel_gain and turn_gain are those that odometry shows: where it '
                                                 'comes from the wheels, it sees no skidding'])
-    frame = outside.alignment(seen[0])
+    frame = alignment(seen[0])
     return _Part(
         [interval_of(name, value, deviation, '') for name, value, deviation in zip(
-            outside.ERRORS, calibration.values.tolist(), calibration.deviations.tolist(), strict=False)],
-        outside.ERRORS, calibration.covariance[:3, :3],
+            ERRORS, calibration.values.tolist(), calibration.deviations.tolist(), strict=False)],
+        ERRORS, calibration.covariance[:3, :3],
         [f'the frame of odom lies at x {frame.x:.3f} m, y {frame.y:.3f} m, rotated by {frame.rotation:.3f} rad, in '
          'that of ground_truth'])
 

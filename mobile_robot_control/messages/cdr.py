@@ -35,7 +35,7 @@ from mobile_robot_control.messages.types import (
     Wrench,
     WrenchStamped,
 )
-from mobile_robot_control.stamps import NANOSECONDS
+from mobile_robot_control.quantities import NANOSECONDS
 
 ENCAPSULATION = b'\x00\x01\x00\x00'
 """The first bytes of plain little-endian CDR."""

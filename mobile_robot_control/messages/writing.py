@@ -4,9 +4,13 @@ Quantities to messages; `mobile_robot_control.messages.parsing` is the inverse.
 A node makes a writer for each of its messages once; at every step it publishes the bytes that the writer returns.
 """
 
+import itertools
 import math
+import struct
+from array import array
 from collections.abc import Callable, Sequence
 from struct import pack_into
+from typing import Any
 
 from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import AccelStamped, PoseStamped, Transform, Twist, TwistStamped, Vector3Stamped, WrenchStamped
@@ -14,11 +18,10 @@ from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, TimeReference
 
-from mobile_robot_control.messages.cdr import ENCAPSULATION
+from mobile_robot_control.messages.cdr import ENCAPSULATION, aligned
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
-from mobile_robot_control.messages.serialising import serialise
-from mobile_robot_control.messages.template import Template
 from mobile_robot_control.quantities import (
+    NANOSECONDS,
     BodyAcceleration,
     BodyVelocity,
     Pose,
@@ -28,7 +31,88 @@ from mobile_robot_control.quantities import (
     WheelTorque,
     WheelVelocity,
 )
-from mobile_robot_control.stamps import NANOSECONDS
+
+_COUNT, _DOUBLE = struct.Struct('<I'), struct.Struct('<d')
+
+
+def _put(data: bytearray, number: struct.Struct, value: float) -> None:
+    """Append a number at a multiple of its size."""
+    data += bytes(aligned(len(data), number.size) - len(data))
+    data += number.pack(value)
+
+
+def _write(data: bytearray, value: Any) -> None:
+    """Append a field of one of the types in the loop's messages."""
+    if isinstance(value, str):
+        text = value.encode() + b'\0'
+        _put(data, _COUNT, len(text))
+        data += text
+    elif isinstance(value, float):
+        _put(data, _DOUBLE, value)
+    elif isinstance(value, int):
+        _put(data, _COUNT, value)
+    elif hasattr(value, 'get_fields_and_field_types'):
+        for field in value.get_fields_and_field_types():
+            _write(data, getattr(value, field))
+    else:
+        # rclpy's arrays of fixed length are NumPy's, and CDR stores no length for them
+        if isinstance(value, list | array):
+            _put(data, _COUNT, len(value))
+        for element in value:
+            _write(data, element)
+
+
+def serialise(message: Any) -> bytearray:
+    """
+    Write a message of rclpy as little-endian CDR.
+
+    Its fields may be texts, floats, 32-bit integers and arrays of texts and floats. rclpy's own serialisation adds
+    bytes at the end, and leaves uninitialised memory in the gaps.
+    """
+    data = bytearray(ENCAPSULATION)
+    _write(data, message)
+    return data
+
+
+_STAMP = struct.Struct('<iI')
+
+
+class Template:
+    """
+    A serialised message with a replaceable stamp and numbers.
+
+    Publishing bytes saves rclpy the conversion to C.
+
+    Parameters
+    ----------
+    message : ROS message
+        The constant part. If its first field is a header or a time, the stamp there is replaced.
+    put : callable
+        Writes numbers into the variable fields of the message.
+    count : int
+        Count of the variable numbers.
+
+    """
+
+    def __init__(self, message: Any, put: Callable[..., None], count: int) -> None:
+        # once, at the start of a node: numbers that occur nowhere else in a message mark the variable fields
+        marks = [math.pi * 1e200 * (n + 1) for n in range(count)]
+        put(*marks)
+        self._data = serialise(message)
+        self._stamped = hasattr(message, 'header') or hasattr(message, 'clock')
+        places = [self._data.index(_DOUBLE.pack(mark)) for mark in marks]
+        starts = [n for n in range(count) if n == 0 or places[n] != places[n - 1] + _DOUBLE.size]
+        self._parts = [(struct.Struct(f'<{end - start}d').pack_into, places[start], slice(start, end))
+                      for start, end in itertools.pairwise([*starts, count])]
+
+    def fill(self, stamp: int, *numbers: float) -> bytes:
+        """Return the message's bytes with a stamp [ns], if it has a header, and numbers in the order of `put`."""
+        data = self._data
+        if self._stamped:
+            _STAMP.pack_into(data, len(ENCAPSULATION), *divmod(stamp, NANOSECONDS))
+        for pack, place, part in self._parts:
+            pack(data, place, *numbers[part])
+        return bytes(data)
 
 
 def planar_quaternion(heading: float) -> tuple[float, float]:

@@ -1,14 +1,73 @@
-"""Motors, friction and robot discretised together for one sampling period."""
+"""Motors, friction and robot: one axle with two wheels, discretised together for one sampling period."""
 
 import math
 from typing import NamedTuple
 
-from mobile_robot_control.model import coupled
-from mobile_robot_control.model.axle import Axle, make_axle
-from mobile_robot_control.model.discretisation import QUADRATURE, DiscretePlant
+from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.discretisation import (
+    QUADRATURE,
+    DiscretePlant,
+    FadingResponse,
+    fading_response,
+    held_response,
+)
 from mobile_robot_control.model.friction import Friction
 from mobile_robot_control.model.motors import Motor
-from mobile_robot_control.model.responses import FadingResponse, fading_response, held_response
+from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
+
+
+class Axle(NamedTuple):
+    """
+    The constants of an axle with two wheels, motors and friction.
+
+    Attributes
+    ----------
+    linear_inertia, angular_inertia : float
+        A + B and A - B [kg m²].
+    coupling : float
+        B/A: the share of one wheel's torque that reaches the other wheel at standstill.
+    wheel_radius, half_separation : float
+        [m].
+    viscous_friction : float
+        Of each wheel [N m s/rad].
+    coulomb : float
+        Friction of each wheel [N m].
+    stall_torque : float
+        Of each motor [N m], 0 without a torque-speed line.
+    slope : float
+        Stall torque over no-load speed: the damping of a motor on its line [N m s/rad], 0 without one.
+    lag_rate : float
+        1/T [1/s], 0 without a lag.
+    """
+
+    linear_inertia: float
+    angular_inertia: float
+    coupling: float
+    wheel_radius: float
+    half_separation: float
+    viscous_friction: float
+    coulomb: float
+    stall_torque: float
+    slope: float
+    lag_rate: float
+
+
+def make_axle(robot: Robot, motor: Motor, friction: Friction) -> Axle:
+    """Make the axle of a robot with its motors and friction."""
+    linear, angular = linear_inertia(robot), angular_inertia(robot)
+    return Axle(
+        linear,
+        angular,
+        (linear - angular) / (linear + angular),
+        robot.wheel_radius,
+        half_separation(robot),
+        robot.viscous_friction,
+        friction.coulomb,
+        motor.stall_torque,
+        motor.stall_torque / motor.no_load_speed if motor.no_load_speed > 0.0 else 0.0,
+        1.0 / motor.time_constant if motor.time_constant > 0.0 else 0.0,
+    )
+
 
 _LARGEST_EXPONENT = 1.0
 _LARGEST_EXPONENT_OF_A_SUBSTEP = 0.25
@@ -67,7 +126,7 @@ def _is_predictable(plant: DiscretePlant, rate: float, lag_rate: float) -> bool:
     """Return whether a period without events has a cheap solution, given the fastest rate of the robot [1/s]."""
     if plant.centripetal_coupling:
         # the Runge-Kutta method is stable and accurate if robot and motors are slow enough
-        return max(rate, lag_rate) * coupled.LONGEST_SUBSTEP <= _LARGEST_EXPONENT_OF_A_SUBSTEP
+        return max(rate, lag_rate) * dynamics.LONGEST_SUBSTEP <= _LARGEST_EXPONENT_OF_A_SUBSTEP
     # one quadrature over the whole period needs a smooth course
     return max(rate, lag_rate) * plant.dt <= _LARGEST_EXPONENT
 

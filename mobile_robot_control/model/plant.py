@@ -4,19 +4,15 @@ from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.model.actuators import Delay, DelayLine, delayed, saturate
 from mobile_robot_control.model.base import Base
 from mobile_robot_control.model.discretisation import DiscretePlant
 from mobile_robot_control.model.disturbance import Disturbance, disturbed
 from mobile_robot_control.model.dynamics import PlantState, step
-from mobile_robot_control.model.encoders import Encoders
 from mobile_robot_control.model.friction import Friction
-from mobile_robot_control.model.motors import Motor
+from mobile_robot_control.model.motors import Delay, DelayLine, Motor, delayed, saturate
 from mobile_robot_control.model.noise import Noise
-from mobile_robot_control.model.odometry import WheelOdometry
-from mobile_robot_control.parameters.checking import rule
-from mobile_robot_control.parameters.declaration import INLINE, Field, flatten
-from mobile_robot_control.parameters.values import nearest
+from mobile_robot_control.model.odometry import Encoders, WheelOdometry
+from mobile_robot_control.parameters.declaration import INLINE, Field, flatten, nearest, rule
 from mobile_robot_control.quantities import WheelTorque
 
 TORQUE, VELOCITY = 'torque', 'velocity'

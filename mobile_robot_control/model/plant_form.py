@@ -5,26 +5,25 @@ from typing import Any, NamedTuple
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model import drivetrain
-from mobile_robot_control.model.actuators import DelayLine, empty_line
-from mobile_robot_control.model.base import discretise_base
-from mobile_robot_control.model.base_motion import base_at_rest, base_step
+from mobile_robot_control.model.base import base_at_rest, base_step, discretise_base
 from mobile_robot_control.model.discretisation import DiscretePlant
 from mobile_robot_control.model.driven import driven_step
 from mobile_robot_control.model.drivetrain import Drivetrain
 from mobile_robot_control.model.dynamics import PlantState
-from mobile_robot_control.model.encoders import WheelAngles
 from mobile_robot_control.model.kinematics import wheel_velocity
-from mobile_robot_control.model.motors import MotorState, motors_at_rest
+from mobile_robot_control.model.motors import DelayLine, MotorState, empty_line, motors_at_rest
 from mobile_robot_control.model.noise import Noise, measured_pose, measured_twist, measured_wheels
+from mobile_robot_control.model.odometry import WheelAngles
 from mobile_robot_control.model.plant import VELOCITY, Imperfections, PlantModel, actuated_step
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.model.sensor_constants import is_ideal, sensor_constants
 from mobile_robot_control.model.sensors import (
     advance_sensors,
+    is_ideal,
     odometry_age,
     seen_angles,
     seen_odometry,
     seen_wheels,
+    sensor_constants,
     sensors_at_start,
 )
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity

@@ -1,16 +1,139 @@
-"""The sensors of a robot that are not ideal: encoders and odometry at each step."""
+"""The sensors of a robot that are not ideal: their constants, their covariances, and their values at each step."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.dynamics import PlantState, diverged
-from mobile_robot_control.model.encoders import WheelAngles, angle_velocity, encoder_angles
-from mobile_robot_control.model.events import events_until, is_event
+from mobile_robot_control.model.events import SLOWEST, events_until, is_event
 from mobile_robot_control.model.kinematics import wheel_velocity
-from mobile_robot_control.model.noise import ODOMETRY_JITTER, jitter, measured_pose, measured_wheels
-from mobile_robot_control.model.odometry import dead_reckoned, odometer_motion, wheel_slip
-from mobile_robot_control.model.sensor_constants import SensorConstants, samples_on_their_way
+from mobile_robot_control.model.noise import (
+    ODOMETRY_JITTER,
+    Noise,
+    jitter,
+    measured_pose,
+    measured_wheels,
+    pose_variances,
+)
+from mobile_robot_control.model.odometry import (
+    LONGEST_WINDOW,
+    EncoderConstants,
+    Encoders,
+    OdometryConstants,
+    WheelAngles,
+    WheelOdometry,
+    angle_velocity,
+    dead_reckoned,
+    encoder_angles,
+    encoder_constants,
+    odometer_motion,
+    odometry_constants,
+    wheel_slip,
+)
+from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
+
+MOST_SAMPLES = 64
+"""Largest number of odometry samples in transit."""
+
+
+class SensorConstants(NamedTuple):
+    """The constants of a run: the true robot, the noise, the encoders and the odometry."""
+
+    robot: Robot
+    noise: Noise
+    encoders: EncoderConstants
+    odometry: OdometryConstants
+
+
+def is_ideal(encoders: Encoders, odometry: WheelOdometry) -> bool:
+    """Return whether the sensors show the true motion, with noise, at each step."""
+    # slip acts on the pose of dead reckoning alone
+    return encoders == Encoders() and odometry._replace(slip=0.0) == WheelOdometry()
+
+
+def sensor_constants(
+    robot: Robot, noise: Noise, encoders: Encoders, odometry: WheelOdometry, period: int, position_period: int
+) -> SensorConstants:
+    """Return the constants of the sensors for periods of the velocity and the position grid [ns]."""
+    return SensorConstants(
+        robot, noise, encoder_constants(encoders, period), odometry_constants(odometry, robot, period, position_period))
+
+
+def samples_on_their_way(odometry: OdometryConstants) -> int:
+    """Return the largest number of samples in transit."""
+    return -(-(odometry.latency + odometry.jitter) * odometry.events.number // odometry.events.periods)
+
+
+def sensor_violations(
+    encoders: Encoders, odometry: WheelOdometry, period: int, position_period: int
+) -> Iterator[str]:
+    """Yield the violated rules between parameters of the sensors and the periods of the two grids [ns]."""
+    periods = encoder_constants(encoders, period).periods
+    if periods > LONGEST_WINDOW:
+        yield (f'encoders.window = {encoders.window} s is {periods} periods of the velocity loop, more than '
+               f'{LONGEST_WINDOW}; take at most {LONGEST_WINDOW * period / 1e9:g} s')
+    if 0.0 < odometry.rate < SLOWEST:
+        yield (f'odometry.rate = {odometry.rate} Hz is below {SLOWEST:g} Hz; take at least {SLOWEST:g} Hz, or 0 for '
+               'every position tick')
+        return
+    constants = odometry_constants(odometry, Robot(), period, position_period)
+    count = samples_on_their_way(constants)
+    if count > MOST_SAMPLES:
+        room = MOST_SAMPLES * constants.events.periods // constants.events.number - constants.jitter
+        longest = max(0, room) * period / 1e9
+        rate = f'odometry.rate = {odometry.rate} Hz' if odometry.rate > 0.0 else 'a sample at each position tick'
+        jitter = f' and odometry.jitter = {odometry.jitter} s' if odometry.jitter else ''
+        yield (f'odometry.latency = {odometry.latency} s{jitter} with {rate} keeps {count} samples on their way, '
+               f'more than {MOST_SAMPLES}; take a latency of at most {longest!r} s, or a lower odometry.rate')
+
+
+def wheel_velocity_variance(constants: SensorConstants) -> float:
+    """
+    Return the variance of each wheel's measured velocity [rad²/s²]: from the noise and from the rounding to ticks.
+
+    A velocity from ticks is the difference of two rounded angles. Their errors are uniform over a tick q, so over a
+    window T the velocity has the variance 2 (q²/12) / T².
+    """
+    noise, encoders = constants.noise.velocity, constants.encoders
+    rounding = encoders.tick / encoders.window
+    return noise * noise + rounding * rounding / 6.0
+
+
+def sensed_twist_variances(constants: SensorConstants) -> tuple[float, ...]:
+    """
+    Return the diagonal of the covariance of odom's twist [m²/s²], [rad²/s²].
+
+    It contains noise and rounding. It does not contain the errors of radii and separation, which are no noise, or slip,
+    which acts on the pose alone.
+    """
+    right, left, separation = constants.odometry.calibration
+    # v = (r_R ω_R + r_L ω_L) / 2, ω = (r_R ω_R - r_L ω_L) / b
+    both = (right * right + left * left) * wheel_velocity_variance(constants)
+    return (0.25 * both, 0.0, 0.0, 0.0, 0.0, both / (separation * separation))
+
+
+def sensed_pose_variances(constants: SensorConstants) -> tuple[float, ...]:
+    """
+    Return the diagonal of the covariance of odom's pose: x, y, z [m²] and rotations [rad²].
+
+    It contains the noise and, in dead reckoning, the rounding of the last angles. It does not contain the accumulated
+    error of slip and wrong constants.
+    """
+    noise = pose_variances(constants.noise)
+    odometry, tick = constants.odometry, constants.encoders.tick
+    if not odometry.dead_reckoning:
+        return noise
+    right, left, separation = odometry.calibration
+    rounding = (right * right + left * left) * tick * tick / 12.0
+    return (
+        noise[0] + 0.25 * rounding,
+        noise[1] + 0.25 * rounding,
+        0.0,
+        0.0,
+        0.0,
+        noise[5] + rounding / (separation * separation),
+    )
 
 
 class OdometrySample(NamedTuple):

@@ -4,14 +4,21 @@ from collections.abc import Callable, Iterator, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
-from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.loop.indices import MEASURED, TRUE
+from mobile_robot_control.loop.metric_table import INDEX_METRICS, METRIC_TABLE, RUN_METRICS, Metric
 from mobile_robot_control.pages.page import html_table
-from mobile_robot_control.pages.readable import Unit, described_change, quantities, quantity, readable_unit
-from mobile_robot_control.pages.run_words import WHOLE, peak_torque
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.runs.run import Run
-from mobile_robot_control.simulation.metric_table import INDEX_METRICS, METRIC_TABLE, RUN_METRICS, Metric
-from mobile_robot_control.simulation.metrics import MEASURED, TRUE
+from mobile_robot_control.runs.words import (
+    WHOLE,
+    Unit,
+    described_change,
+    peak_torque,
+    quantities,
+    quantity,
+    readable_unit,
+)
+from mobile_robot_control.settings.nodes import Configuration
 
 
 class Row(NamedTuple):

@@ -3,12 +3,34 @@
 import base64
 import hashlib
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from mobile_robot_control.web.assets import asset
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+def pack(values: ArrayLike) -> str:
+    """
+    Return numbers as base64 of 32-bit floats, little-endian; nan stays nan.
+
+    A number keeps seven digits, and a time of ten minutes 0.03 ms: enough for a picture, not for a table.
+    """
+    return base64.b64encode(np.ascontiguousarray(values, dtype='<f4').tobytes()).decode()
+
+
+_WEB = Path(__file__).parents[1] / 'web'
+
+
+def asset(name: str) -> str:
+    """Return a file of this folder, such as 'clock.js' or 'uplot/uPlot.min.css', a script without its comment lines."""
+    text = (_WEB / name).read_text(encoding='utf-8')
+    return re.sub(r'^ *//.*\n', '', text, flags=re.MULTILINE) if name.endswith('.js') else text
+
 
 _PLAIN = " !$&'()*+,-./:;<=>?@[]^_`{|}~"
 """Characters allowed unescaped in a data URI, beside letters and digits."""

@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mobile_robot_control.configuration.nodes import known_course
-from mobile_robot_control.figures.lines import Floats, Line, ordinary_size
+from mobile_robot_control.figures.figure import Floats, Line, ordinary_size
 from mobile_robot_control.figures.palette import LINES
+from mobile_robot_control.pages.page import pack
 from mobile_robot_control.reference.course import Course
-from mobile_robot_control.runs.gaps import MANY_PERIODS
 from mobile_robot_control.runs.run import Run
-from mobile_robot_control.runs.series import Series
-from mobile_robot_control.web.assets import pack
+from mobile_robot_control.runs.series import MANY_PERIODS, Series
+from mobile_robot_control.settings.nodes import known_course
 
 _LAP, _TRACE = 600, 6000
 """Points of a lap; most points of a recorded path."""

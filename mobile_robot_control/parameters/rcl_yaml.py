@@ -8,7 +8,7 @@ import yaml
 from yaml.events import AliasEvent
 from yaml.tokens import DirectiveToken
 
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.system.texts import shortened
 
 _DEEPEST = 32

@@ -19,9 +19,7 @@ from os import PathLike
 from types import NoneType
 from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import Declaration, Field, Inline
-from mobile_robot_control.parameters.values import check_value, nearest
+from mobile_robot_control.parameters.declaration import Declaration, Field, Inline, ParameterError, check_value, nearest
 from mobile_robot_control.system.texts import printable
 
 Request = TypeVar('Request')

@@ -6,11 +6,9 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.jit import jitable
-from mobile_robot_control.parameters.checking import rule
-from mobile_robot_control.parameters.declaration import INLINE, Field
+from mobile_robot_control.parameters.declaration import INLINE, Field, rule
 from mobile_robot_control.quantities import LARGEST, NO_ACCELERATION, BodyAcceleration, BodyVelocity, Pose, Reference
-from mobile_robot_control.reference.curve import PATH, CurveFunction, CurvePoint
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.curves import CURVES, PATH, CurveFunction, CurvePoint
 
 _DS = 1e-5
 """[rad]: step of the difference of the cart's angular acceleration."""

@@ -5,8 +5,7 @@ from typing import NamedTuple, Protocol
 
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Pose, Reference
 from mobile_robot_control.reference.cart import Placement, accelerated_at, reference_at
-from mobile_robot_control.reference.curve import CurveFunction
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.curves import CURVES, CurveFunction
 from mobile_robot_control.reference.path_parameters import PathRequest
 
 

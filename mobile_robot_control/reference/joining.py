@@ -12,11 +12,10 @@ from itertools import pairwise, product
 
 import numpy as np
 
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Reference
-from mobile_robot_control.reference.path_grid import lay_grid
 from mobile_robot_control.reference.path_parameters import PathRequest, Timing
-from mobile_robot_control.reference.path_shape import Point, Span, control_points, spline
+from mobile_robot_control.reference.path_shape import Point, Span, control_points, lay_grid, spline
 from mobile_robot_control.reference.planned_path import ImpossibleError, PlannedPath, plan_grid, timed
 
 _LENGTHS = (1.0, 2.0)

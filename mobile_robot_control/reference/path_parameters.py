@@ -5,7 +5,7 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.reference.curve import PATH
+from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.waypoints import Waypoints
 
 NO_FILE = 'none'

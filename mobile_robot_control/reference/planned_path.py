@@ -6,11 +6,20 @@ from functools import lru_cache
 
 import numpy as np
 
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, BodyVelocity, Pose, Reference
-from mobile_robot_control.reference.path_grid import MOST_POINTS, Floats, PathGrid, TooSharpError, lay_grid
 from mobile_robot_control.reference.path_parameters import Drive, PathRequest, Timing
-from mobile_robot_control.reference.path_shape import Span, bend, control_points, spans_of
+from mobile_robot_control.reference.path_shape import (
+    MOST_POINTS,
+    Floats,
+    PathGrid,
+    Span,
+    TooSharpError,
+    bend,
+    control_points,
+    lay_grid,
+    spans_of,
+)
 from mobile_robot_control.reference.timing import Grid, Profile, StuckError, fastest
 
 _END = 1e-9

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import LARGEST
 from mobile_robot_control.system.files import FileKind, read_bounded
 from mobile_robot_control.system.texts import shortened

@@ -4,11 +4,9 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.ros.services.environment import check_environment
-from mobile_robot_control.ros.services.refusal import LOAD_ERRORS, load_fault, refuse
-from mobile_robot_control.ros.services.stop import Stop
-from mobile_robot_control.system.streams import prepare_streams
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.ros.process import LOAD_ERRORS, Stop, check_environment, load_fault, refuse
+from mobile_robot_control.system.process import prepare_streams
 
 
 def run_nodes(

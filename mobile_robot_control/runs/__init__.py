@@ -1,1 +1,1 @@
-"""Runs as columns: read from bags, tables and rollouts, joined on one time base, and measured."""
+"""Runs: simulated, read from bags and tables, joined on one time base, measured, and written."""

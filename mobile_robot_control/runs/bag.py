@@ -1,14 +1,16 @@
-"""The reader of bags, whole or damaged: it keeps numbers in memory, never messages."""
+"""The reader of bags, whole or damaged, by any names of topics: it keeps numbers in memory, never messages."""
 
+import re
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Set
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import (
     RefusedMessageError,
@@ -16,17 +18,15 @@ from mobile_robot_control.messages.parsing import (
     read_plain_twist,
     serialised_stamp,
 )
-from mobile_robot_control.recording.bag_files import BagFiles
-from mobile_robot_control.recording.changes import RESET, Change, read_change
-from mobile_robot_control.recording.columns import GROUND_TRUTH, READ
-from mobile_robot_control.recording.mcap_stream import BagError, Message, ProgressCallback
+from mobile_robot_control.parameters.declaration import Field, ParameterError
+from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.quantities import NANOSECONDS
+from mobile_robot_control.runs.bag_files import BagFiles
+from mobile_robot_control.runs.columns import GROUND_TRUTH, READ
 from mobile_robot_control.runs.errors import with_errors
-from mobile_robot_control.runs.gaps import describe_gaps
-from mobile_robot_control.runs.messages import LastRun, Messages
-from mobile_robot_control.runs.samples import samples_of
-from mobile_robot_control.runs.series import Series, Signal, empty_signal
-from mobile_robot_control.simulation.closed_loop import Sample
-from mobile_robot_control.stamps import NANOSECONDS
+from mobile_robot_control.runs.mcap_stream import RESET, BagError, Change, Message, ProgressCallback, read_change
+from mobile_robot_control.runs.samples import LastRun, Messages, samples_of
+from mobile_robot_control.runs.series import Series, Signal, describe_gaps, empty_signal
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS, LOOP_TOPICS
 
@@ -335,3 +335,37 @@ def read_bag(
         changes = tuple(change._replace(stamp=change.stamp - begun) for change in changes)
     silent = [topic for topic in series.signals if not series.has(topic)]
     return Recording(series, changes, (*problems, *missing_topics(names, silent, held), *describe_gaps(series)))
+
+
+_TOPIC = re.compile(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*', re.ASCII)
+
+
+def _read_topic(value: Any) -> tuple[str, str]:
+    """Read NAME:=TOPIC, or a pair of them."""
+    name, separator, topic = value.partition(':=') if isinstance(value, str) else (value[0], ':=', value[1])
+    if not separator:
+        raise ValueError('write NAME:=TOPIC, such as odom:=/base/odom')
+    if name not in NAMES:
+        raise ValueError(f"'{name}' is no topic of the loop; take one of {', '.join(NAMES)}")
+    if not _TOPIC.fullmatch(topic):
+        raise ValueError(f"'{topic}' is no name of a topic; write one such as /base/odom")
+    return name, topic
+
+
+Topics = Annotated[tuple[tuple[str, str], ...], Field(
+    '', 'name of a loop topic, or of ground_truth, on your robot or in your bags, such as odom:=/base/odom; may be '
+    'repeated'),
+    Reader(_read_topic, 'NAME:=TOPIC', again=True)]
+"""The option --topic."""
+
+
+def topic_names(pairs: Sequence[tuple[str, str]]) -> dict[str, str]:
+    """Return topic names in a bag by those of the loop; raise ParameterError if one occurs twice."""
+    chosen: dict[str, str] = {}
+    for name, topic in pairs:
+        if chosen.get(name, topic) != topic:
+            raise ParameterError([f"--topic '{name}:={topic}': {name} is {chosen[name]} already; name each topic once"])
+        if topic in [other for known, other in chosen.items() if known != name]:
+            raise ParameterError([f"--topic '{name}:={topic}': {topic} is taken already; name each topic once"])
+        chosen[name] = topic
+    return chosen

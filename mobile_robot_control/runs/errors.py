@@ -4,11 +4,10 @@ import numpy as np
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.control.tracking_error import tracking_error
-from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.figures.figure import Floats
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.recording.columns import GROUND_TRUTH, TRUE_ERROR
-from mobile_robot_control.runs.gaps import MANY_PERIODS
-from mobile_robot_control.runs.series import Series, Signal, empty_signal, period
+from mobile_robot_control.runs.columns import GROUND_TRUTH, TRUE_ERROR
+from mobile_robot_control.runs.series import MANY_PERIODS, Series, Signal, empty_signal, period
 
 _ROUNDING = 1e-9
 """[m], [rad]: more than a pose loses in a quaternion."""

@@ -9,10 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mobile_robot_control.figures.lines import Floats
-from mobile_robot_control.recording.columns import COLUMNS, TRUE_ERROR
-from mobile_robot_control.runs.gaps import MANY_PERIODS
-from mobile_robot_control.runs.series import Series, Stamps
+from mobile_robot_control.figures.figure import Floats
+from mobile_robot_control.runs.columns import COLUMNS, TRUE_ERROR
+from mobile_robot_control.runs.series import MANY_PERIODS, Series, Stamps
 from mobile_robot_control.topics import POSITION_TOPICS
 
 Places = NDArray[np.intp]

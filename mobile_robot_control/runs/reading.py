@@ -5,28 +5,22 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import Configuration, has_exact_odometry
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.recording import csv_table
-from mobile_robot_control.recording.mcap_stream import BagError, ProgressCallback
+from mobile_robot_control.loop.indices import MEASURED, TRUE
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.runs import csv_table
 from mobile_robot_control.runs.bag import Recording, read_bag
 from mobile_robot_control.runs.errors import with_errors
-from mobile_robot_control.runs.gaps import describe_gaps
-from mobile_robot_control.runs.run import Event, Run
-from mobile_robot_control.runs.run_files import (
-    UnreadableRunError,
-    beside_a_run,
-    companion,
-    is_bag,
-    locate,
-)
+from mobile_robot_control.runs.mcap_stream import BagError, ProgressCallback
+from mobile_robot_control.runs.metrics import RECORDED, IndexMeter, RunMeter, summary
+from mobile_robot_control.runs.record import Event
+from mobile_robot_control.runs.rollout import is_complete
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.run_files import UnreadableRunError, beside_a_run, companion, is_bag, locate
 from mobile_robot_control.runs.samples import SampleReader, samples_of
-from mobile_robot_control.runs.series import Series, period
-from mobile_robot_control.simulation.index_meter import IndexMeter
-from mobile_robot_control.simulation.metrics import MEASURED, RECORDED, TRUE, RunMeter, summary
-from mobile_robot_control.simulation.rollout import is_complete
+from mobile_robot_control.runs.series import Series, describe_gaps, period
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.nodes import Configuration, has_exact_odometry
 from mobile_robot_control.system.files import TABLE, open_bounded
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.texts import printable

@@ -3,21 +3,21 @@
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
-from mobile_robot_control.configuration.nodes import Configuration
-from mobile_robot_control.figures.lines import Floats
-from mobile_robot_control.runs.gaps import Gap, find_gaps
+from mobile_robot_control.figures.figure import Floats
 from mobile_robot_control.runs.joining import Joined, join, moving_at
-from mobile_robot_control.runs.series import Series
+from mobile_robot_control.runs.record import RunRecord
+from mobile_robot_control.runs.series import Gap, find_gaps
 from mobile_robot_control.system.texts import printable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mobile_robot_control.configuration.sources import File
+    from mobile_robot_control.settings.configure import File
 
-_PAGES = 'mobile_robot_control.pages.inline_page'
+
+_PAGES = 'mobile_robot_control.report.inline_page'
 """Imported by name on demand: pages are made of runs."""
 _POSE, _VELOCITY, _WHEELS = ('x', 'y', 'heading'), ('linear', 'angular'), ('right', 'left')
 _ERROR = ('longitudinal', 'lateral', 'heading')
@@ -29,39 +29,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
 """The columns of each array of a `Run`, in their order."""
 
 
-class Event(NamedTuple):
-    """
-    Changes of a run that a node applied together.
-
-    Attributes
-    ----------
-    time : float
-        The first affected time [s].
-    node : str
-        Node that applied them.
-    values : dict of str to object
-        By parameter, or `disturbance`.
-
-    """
-
-    time: float
-    node: str
-    values: dict[str, Any]
-
-
-class _Contents(NamedTuple):
-    """The parts of a run; see `Run`."""
-
-    name: str
-    series: Series
-    problems: tuple[str, ...]
-    metrics: dict[str, Any]
-    parameters: Configuration | None
-    provenance: dict[str, Any] = {}  # noqa: RUF012 (never changed)
-    events: tuple[Event, ...] = ()
-
-
-class Run(_Contents):
+class Run(RunRecord):
     """
     A run of the closed loop: its topics, arrays on one time base, metrics and parameters.
 

@@ -14,13 +14,16 @@ from mobile_robot_control.figures.figure import (
     VALUE,
     Curve,
     Figure,
+    Line,
     Panel,
     Pose,
+    broken_at_jumps,
     is_drawn,
+    ordinary_size,
     plane,
+    thinned,
 )
-from mobile_robot_control.figures.lines import Line, broken_at_jumps, ordinary_size, thinned
-from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.record import RunRecord
 from mobile_robot_control.runs.series import Series
 
 Quantity = Callable[[Series], Line]
@@ -61,7 +64,7 @@ class PanelOf(NamedTuple):
     logarithmic: bool = False
     labels: tuple[str, str] = ('measured', 'commanded')
 
-    def panel(self, runs: Sequence[Run], name: str = '', span: tuple[float, float] | None = None) -> Panel | None:
+    def panel(self, runs: Sequence[RunRecord], name: str = '', span: tuple[float, float] | None = None) -> Panel | None:
         """Return the panel of runs; None if none of them has anything to show."""
         values = [self.value(run.series) for run in runs]
         curves = tuple(self._curves(runs, values))
@@ -70,7 +73,7 @@ class PanelOf(NamedTuple):
         bend = ordinary_size(values) if self.logarithmic else 0.0
         return Panel(name or self.label, self.label, self.unit, curves, bend=bend, span=span)
 
-    def _curves(self, runs: Sequence[Run], values: Sequence[Line]) -> Iterator[Curve]:
+    def _curves(self, runs: Sequence[RunRecord], values: Sequence[Line]) -> Iterator[Curve]:
         """Yield the curves, from back to front."""
         if self.reference:
             carts = (Curve(REFERENCE, n, 'reference', self.reference(run.series)) for n, run in enumerate(runs))
@@ -111,7 +114,7 @@ def difference(line: Line, first: Line) -> Line:
 
 
 def over_time(
-    panels: Sequence[PanelOf], runs: Sequence[Run], span: tuple[float, float] | None = None, height: float = 1.75
+    panels: Sequence[PanelOf], runs: Sequence[RunRecord], span: tuple[float, float] | None = None, height: float = 1.75
 ) -> Figure | None:
     """
     Return those panels over time that any run has data for; None if there are none.
@@ -120,7 +123,7 @@ def over_time(
     ----------
     panels : sequence of PanelOf
         From top to bottom.
-    runs : sequence of Run
+    runs : sequence of RunRecord
         Overlaid.
     span : tuple of float or None
         First and last time to show [s]; all if None.
@@ -134,7 +137,7 @@ def over_time(
     return Figure('', '', '', tuple(run.name for run in runs), shown, 0.65 + height * len(shown))
 
 
-def path_panel(runs: Sequence[Run], name: str = 'path', title: str = '') -> Panel:
+def path_panel(runs: Sequence[RunRecord], name: str = 'path', title: str = '') -> Panel:
     """Return the paths of runs in the plane; for a single run with poses along it, evenly in time."""
     curves: list[Curve] = []
     poses: list[Pose] = []
@@ -190,7 +193,7 @@ class RunFigure(NamedTuple):
     height: float = 1.75
     of_truth: str = ''
 
-    def of_runs(self, runs: Sequence[Run]) -> Figure | None:
+    def of_runs(self, runs: Sequence[RunRecord]) -> Figure | None:
         """Return the figure of some runs; None if there is nothing to draw."""
         caption = self.caption + (self.of_truth if any(run.series.hides_truth for run in runs) else '')
         if self.panels:
@@ -205,13 +208,13 @@ class RunFigure(NamedTuple):
             panel._replace(limits=limits) for panel in made.panels))
 
 
-def _limits(runs: Sequence[Run]) -> tuple[tuple[int, float], ...]:
+def _limits(runs: Sequence[RunRecord]) -> tuple[tuple[int, float], ...]:
     """Return the configured limits of wheel torque, each with its run [N m]."""
     limits = enumerate(map(torque_limit, runs))
     return tuple((n, limit) for n, limit in limits if limit is not None)
 
 
-def torque_limit(run: Run) -> float | None:
+def torque_limit(run: RunRecord) -> float | None:
     """Return the smallest configured limit of a run's wheel torque [N m]; None without any."""
     if run.parameters is None:
         return None

@@ -5,13 +5,13 @@ import os
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.configuration.files import save_configuration
-from mobile_robot_control.configuration.sources import File
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.recording.bag_files import bag_folder
-from mobile_robot_control.recording.csv_table import write_csv
-from mobile_robot_control.runs.run import Run
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.runs.bag_files import bag_folder
+from mobile_robot_control.runs.csv_table import write_csv
+from mobile_robot_control.runs.record import RunRecord
 from mobile_robot_control.runs.samples import samples_of
+from mobile_robot_control.settings.configure import File
+from mobile_robot_control.settings.files import save_configuration
 from mobile_robot_control.system.files import (
     METRICS,
     naming_errors,
@@ -92,7 +92,7 @@ def name_of(text: str) -> tuple[str, Path]:
     return (folder.stem if os.path.isfile(text) else folder.name) or text, path
 
 
-def save_run(run: Run, file: File) -> None:
+def save_run(run: RunRecord, file: File) -> None:
     """Write a run, with its parameters and metrics beside it; see `Run.save`."""
     if Path(file).suffix != '.csv':
         raise ParameterError([f'{printable(str(file))}: a run is saved as a table; name a file that ends in .csv'])

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.runs.run import Event, Run
+from mobile_robot_control.runs.record import Event
+from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.series import Series
 from mobile_robot_control.system.texts import shortened
 

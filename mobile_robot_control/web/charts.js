@@ -5,7 +5,7 @@
 //
 // fills each <div class="charts" data-figure="NAME"> of the page with the charts of that figure, and marks the figure
 // around it with the class `charted`, so that its still picture is for paper only. `data` is what
-// pages/chart_data.py packs: {start, end, runs: [{name, light, dark, width, dash}], columns: [packed numbers],
+// pages/page_parts.py packs: {start, end, runs: [{name, light, dark, width, dash}], columns: [packed numbers],
 // charts: [{figure, label, unit, bend, limits, lines: [{kind, run, name, time, value}]}], ...}; time and value of a line
 // are places in `columns`. The kinds are reference, value, command and difference. A click sets the clock, and the
 // clock moves the cursor of time.

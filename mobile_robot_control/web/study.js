@@ -1,7 +1,7 @@
 // @ts-check
 // The page of a study: a map of starts with values under the pointer, replays of some runs, and distributions.
 //
-// `study-data` is what pages/study_page.py packs. A run is shown by its number among those of its controller, from 1
+// `study-data` is what study/page.py packs. A run is shown by its number among those of its controller, from 1
 // on; in the data indices are from 0 on.
 (function (mrc) {
   'use strict';

@@ -49,7 +49,7 @@ interface Replay {
   follow(view: View): void;
 }
 
-// ---- charts.js: what pages/chart_data.py packs; time, value and the parts of a deviation are places in columns
+// ---- charts.js: what pages/page_parts.py packs; time, value and the parts of a deviation are places in columns
 
 type ChartRun = Colours & {name: string, width: number, dash: number[]};
 type ChartLine = {kind: 'reference' | 'value' | 'command' | 'difference', run: number, name: string, time: number,

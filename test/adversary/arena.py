@@ -18,6 +18,7 @@ import threading
 import time
 import traceback
 import types
+from importlib.metadata import entry_points
 from pathlib import Path
 
 _SUBREAPER = 36
@@ -27,12 +28,17 @@ _GRACE = 20.0
 COMMANDS = ('simulate', 'experiment', 'report', 'tune', 'study')
 
 
+def _installed(command):
+    """Return the entry point of a command or node."""
+    return next(iter(entry_points(group='console_scripts', name=command)))
+
+
 def main_of(command):
     """Return the entry point of a command, or a function that starts and ends a node."""
     if command in COMMANDS:
-        return importlib.import_module(f'mobile_robot_control.cli.{command}').main
+        return _installed(command).load()
     from mobile_robot_control.ros.spin import spin
-    from mobile_robot_control.system.streams import prepare_streams
+    from mobile_robot_control.system.process import prepare_streams
 
     def run_node():
         prepare_streams()
@@ -93,7 +99,7 @@ def _start(case, streams):
     """Start a case; returns its process [pid]."""
     command, arguments = case['command'], case['arguments']
     if case['process']:
-        words = [sys.executable, '-m', f'mobile_robot_control.cli.{command}', *arguments]
+        words = [sys.executable, '-m', _installed(command).module, *arguments]
         if command not in COMMANDS:
             words[2:4] = ['mobile_robot_control.ros.executables', command]
         changed = {**os.environ, **case['environment']}
@@ -174,12 +180,12 @@ def main():
     for command in COMMANDS:
         main_of(command)
     # imported once for all cases
-    from mobile_robot_control.configuration.nodes import NODES, Configuration
-    for module in ('experiment.recorded_run', 'pages.report_writing', *(f'ros.nodes.{node}' for node in NODES)):
+    from mobile_robot_control.settings.nodes import NODES, Configuration
+    for module in ('experiment.runner', 'report.report_writing', *(f'ros.nodes.{node}' for node in NODES)):
         importlib.import_module(f'mobile_robot_control.{module}')
     if 'warm' in sys.argv:
-        from mobile_robot_control.simulation.batch import run_trials
-        from mobile_robot_control.simulation.trial import make_trial
+        from mobile_robot_control.loop.batch import run_trials
+        from mobile_robot_control.loop.trial import make_trial
 
         # compiled once for all cases: the forms of a search and of a study
         one = make_trial(Configuration(), 0.01)

@@ -11,10 +11,10 @@ from bag_making import record
 from adversary.case import Place, listing, make_case, make_place
 from adversary.judging import faults
 from adversary.kinds import KINDS
-from mobile_robot_control.cli import simulate
-from mobile_robot_control.configuration.nodes import Configuration
-from mobile_robot_control.simulation.rollout import rollout
-from mobile_robot_control.tuning.journal import Journal
+from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.search.journal import Journal
+from mobile_robot_control.settings.nodes import Configuration
 
 ROOT = Path(__file__).parents[2]
 

@@ -15,8 +15,8 @@ from harness import Robots
 from rclpy.serialization import deserialize_message
 
 from adversary.contents import spoilt_bytes
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.ros.services.qos import message_class
+from mobile_robot_control.ros.qos import message_class
+from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 KINDS = {**{topic: row.kind for topic, row in ALL_LOOP_TOPICS.items()},
@@ -110,7 +110,8 @@ def test_an_experiment_beside_hostile_bytes_ends_with_its_metrics(domain, tmp_pa
         for topic in ALL_LOOP_TOPICS:
             beside.node.destroy_publisher(beside.publishers.pop(topic))
         run = subprocess.Popen(
-            [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', tmp_path / 'run', '--duration',
+            [sys.executable, '-m', 'mobile_robot_control.experiment.command', '--output', tmp_path / 'run',
+             '--duration',
              '2', '--composed', '--no-report'], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         while run.poll() is None:
             beside.publish(100)

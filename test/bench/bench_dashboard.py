@@ -13,7 +13,7 @@ from bench.graph import CONFIG, Graph, alternate, cpu_seconds, graphs, proportio
 from bench.odometer import Odometer
 from bench.progress import show
 from bench.row import Row, at_least, at_most, median_ratio
-from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.settings.nodes import NODES
 
 WINDOWS, SECONDS = 8, 2.0
 MEGABYTES, SHARE = 150.0, 0.25
@@ -22,7 +22,7 @@ MEGABYTES, SHARE = 150.0, 0.25
 
 def watch(graph: Graph, folder: Path) -> None:
     """Attach a page to a graph."""
-    graph.start('dashboard', 'mobile_robot_control.cli.dashboard', '--attach', '--port', '0', '--output', folder)
+    graph.start('dashboard', 'mobile_robot_control.dashboard.serving', '--attach', '--port', '0', '--output', folder)
 
 
 def speeds(folder: Path, windows: int = WINDOWS) -> tuple[list[float], list[float]]:

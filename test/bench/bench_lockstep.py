@@ -8,7 +8,7 @@ from bench.graph import CONFIG, Graph, alternate, graphs
 from bench.odometer import Odometer
 from bench.progress import show
 from bench.row import Row, at_least, median_ratio
-from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.settings.nodes import NODES
 
 WINDOWS, SECONDS, WARM_UP = 20, 0.6, 0.25
 

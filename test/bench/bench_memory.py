@@ -7,7 +7,7 @@ from bench.graph import CONFIG, graphs, proportional_megabytes
 from bench.odometer import Odometer
 from bench.progress import show
 from bench.row import Row, at_most
-from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.settings.nodes import NODES
 
 MORE = 10.0
 """[MB] that a node may need beyond an empty one."""

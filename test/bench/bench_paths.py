@@ -14,9 +14,8 @@ from bench.bench_start import times
 from bench.progress import show
 from bench.row import Row, at_most
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.reference.path_grid import PathGrid
 from mobile_robot_control.reference.path_parameters import Drive, PathParameters, PathRequest, Timing
-from mobile_robot_control.reference.path_shape import control_points, spans_of
+from mobile_robot_control.reference.path_shape import PathGrid, control_points, spans_of
 from mobile_robot_control.reference.planned_path import PlannedPath, plan, plan_spans
 from mobile_robot_control.reference.waypoints import checked_waypoints
 

@@ -13,10 +13,10 @@ from processes import usage_of
 from bench.graph import CONFIG
 from bench.progress import show
 from bench.row import Row, at_most
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.runs.bag_writer import BagWriter
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 from mobile_robot_control.topics import LOOP_TOPICS
 
 TABLE, BAG = 264.0, 1000.0
@@ -38,7 +38,7 @@ def write_bag(path: Path) -> None:
 
 def megabytes(run: Path, output: Path) -> float:
     """Give the largest memory of the process that reports a run."""
-    return usage_of('-m', 'mobile_robot_control.cli.report', run, '--output', output)[1]
+    return usage_of('-m', 'mobile_robot_control.report.reports', run, '--output', output)[1]
 
 
 def rows() -> Iterator[Row]:
@@ -46,7 +46,7 @@ def rows() -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         show('report, a table of ten minutes')
-        subprocess.run([sys.executable, '-m', 'mobile_robot_control.cli.simulate', '--duration', '600', '--output',
+        subprocess.run([sys.executable, '-m', 'mobile_robot_control.runs.simulation', '--duration', '600', '--output',
                         folder / 'run.csv'], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         found = megabytes(folder / 'run.csv', folder / 'report')
         yield at_most('memory of `report`, a table of ten minutes', found / TABLE, 1.0,

@@ -14,23 +14,22 @@ from observation import observed
 
 from bench.progress import show
 from bench.row import at_least, at_most
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.loop import batch
+from mobile_robot_control.loop.scenarios import configured_scenario
+from mobile_robot_control.loop.trial import cart_motion, make_trial, references
 from mobile_robot_control.model.robot import angular_inertia, half_separation, linear_inertia
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation import batch
-from mobile_robot_control.simulation.cart_motion import cart_motion, references
-from mobile_robot_control.simulation.scenarios import configured_scenario
-from mobile_robot_control.simulation.trial import make_trial
-from mobile_robot_control.tuning.objective import Goal, Objective
-from mobile_robot_control.tuning.search import SearchSettings, run_search
-from mobile_robot_control.tuning.search_space import search_genes
+from mobile_robot_control.search.objective import Goal, Objective
+from mobile_robot_control.search.search import SearchSettings, run_search
+from mobile_robot_control.search.space import search_genes
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.nodes import Configuration
 
 LAP = 16.0
 ROUNDS = 7

@@ -17,7 +17,7 @@ from bench.graph import CONFIG, Graph, new_domain
 from bench.listener import Listener
 from bench.progress import show
 from bench.row import Row, at_most
-from mobile_robot_control.ros.services.qos import PUBLISHED, SUBSCRIBED
+from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
 
 RUNS = 9
 

@@ -5,7 +5,7 @@ from typing import Any
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.ros.services.stop import Stop
+from mobile_robot_control.ros.process import Stop
 from mobile_robot_control.ros.spin import make_executor
 
 

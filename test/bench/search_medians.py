@@ -7,13 +7,13 @@ The median of five seeds for each search and algorithm: one lap of the 1 m trifo
 import statistics
 from pathlib import Path
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.simulation.batch import Pool
-from mobile_robot_control.simulation.scenarios import configured_scenario
-from mobile_robot_control.tuning.objective import Goal, Objective
-from mobile_robot_control.tuning.search import ALGORITHMS, SearchSettings, run_search
-from mobile_robot_control.tuning.search_space import bounded, population_of, search_genes
+from mobile_robot_control.loop.batch import Pool
+from mobile_robot_control.loop.scenarios import configured_scenario
+from mobile_robot_control.search.objective import Goal, Objective
+from mobile_robot_control.search.search import ALGORITHMS, SearchSettings, run_search
+from mobile_robot_control.search.space import bounded, population_of, search_genes
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 
 CONFIG = Path(__file__).parents[2] / 'config'
 SEEDS = range(1, 6)

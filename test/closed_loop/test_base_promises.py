@@ -9,9 +9,9 @@ from harness import CONFIG
 from promising import BASES, TUNED, driven, fed, plant_like, promised, warned
 from stand_in_model import Base
 
-from mobile_robot_control.configuration.configure import at_cart_start, configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import at_cart_start, configure
+from mobile_robot_control.settings.files import load
 
 # a lap of the Lissajous curve of 16 s asks for more than the bases can drive
 CURVES_AND_LAPS = [('trifolium', 16.0), ('lemniscate', 16.0), ('lissajous', 24.0)]

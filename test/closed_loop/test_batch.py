@@ -7,12 +7,11 @@ import pytest
 from each import each_row
 from measuring import configuration
 
-from mobile_robot_control.simulation import batch
-from mobile_robot_control.simulation.cart_motion import cart_motion, references
-from mobile_robot_control.simulation.metric_table import INDICES
-from mobile_robot_control.simulation.metrics import RunMeter, summary
-from mobile_robot_control.simulation.rollout import measure, rollout
-from mobile_robot_control.simulation.trial import make_trial, measured_run
+from mobile_robot_control.loop import batch
+from mobile_robot_control.loop.metric_table import INDICES
+from mobile_robot_control.loop.trial import cart_motion, make_trial, measured_run, references
+from mobile_robot_control.runs.metrics import RunMeter, summary
+from mobile_robot_control.runs.rollout import measure, rollout
 
 LAP = 16.0
 ROUGH = {
@@ -132,9 +131,9 @@ def test_a_pool_keeps_the_order(workers):
 def test_without_numba_trials_run_with_one_warning():
     code = (
         'import sys; sys.modules["numba"] = None\n'
-        'from mobile_robot_control.configuration.configure import configure\n'
-        'from mobile_robot_control.simulation import batch\n'
-        'from mobile_robot_control.simulation.trial import make_trial\n'
+        'from mobile_robot_control.settings.configure import configure\n'
+        'from mobile_robot_control.loop import batch\n'
+        'from mobile_robot_control.loop.trial import make_trial\n'
         'if __name__ == "__main__":\n'
         '    pool = batch.Pool(2); batch.Pool(1)\n'
         '    trials = [make_trial(configure({}), 0.1)] * 3\n'

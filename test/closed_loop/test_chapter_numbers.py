@@ -7,9 +7,9 @@ import pytest
 from each import each_row
 from measuring import configuration, measured
 
-from mobile_robot_control.simulation.batch import run_trials
-from mobile_robot_control.simulation.metrics import summary
-from mobile_robot_control.simulation.trial import make_trial, measured_run
+from mobile_robot_control.loop.batch import run_trials
+from mobile_robot_control.loop.trial import make_trial, measured_run
+from mobile_robot_control.runs.metrics import summary
 
 VELOCITY = {f'gains.{name}': value for name, value in chapter.EVOLVED_VELOCITY_GAINS.items()}
 POSITION = {f'backstepping.{name}': value for name, value in chapter.EVOLVED_BACKSTEPPING_GAINS.items()}

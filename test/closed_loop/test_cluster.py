@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 from processes import wait_until
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.plugins import load_plugins
-from mobile_robot_control.simulation import batch
-from mobile_robot_control.simulation.scenarios import configured_scenario
-from mobile_robot_control.tuning.objective import Goal, Objective
-from mobile_robot_control.tuning.search import SearchSettings, run_search
-from mobile_robot_control.tuning.search_space import bounded, search_genes
+from mobile_robot_control.loop import batch
+from mobile_robot_control.loop.scenarios import configured_scenario
+from mobile_robot_control.parameters.plugins import load_plugins
+from mobile_robot_control.search.objective import Goal, Objective
+from mobile_robot_control.search.search import SearchSettings, run_search
+from mobile_robot_control.search.space import bounded, search_genes
+from mobile_robot_control.settings.configure import configure
 
 KANAYAMA = Path(__file__).parents[1] / 'plugins' / 'kanayama.py'
 distributed = pytest.importorskip('distributed')
@@ -55,7 +55,7 @@ def cluster(tmp_path):
 @pytest.mark.soak
 @pytest.mark.parametrize('law', ['backstepping', 'my_kanayama'])
 def test_a_killed_worker_does_not_change_the_result(cluster, monkeypatch, registered, law):
-    from mobile_robot_control.tuning.cluster import Cluster
+    from mobile_robot_control.loop.workers import Cluster
     monkeypatch.setattr(batch, 'COMPILES', False)
     # the workers have never seen the file of the law
     load_plugins([str(KANAYAMA)], [])
@@ -86,7 +86,7 @@ def test_a_killed_worker_does_not_change_the_result(cluster, monkeypatch, regist
 
 @pytest.mark.soak
 def test_a_cluster_that_stays_without_workers_raises(cluster):
-    from mobile_robot_control.tuning.cluster import Cluster
+    from mobile_robot_control.loop.workers import Cluster
     address, workers = cluster
     remote = Cluster(address, patience=2.0)
     try:

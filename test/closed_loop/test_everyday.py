@@ -6,10 +6,10 @@ import pytest
 from drawn import drawn
 from harness import CONFIG
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.simulation.metrics import RunMeter
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.runs.metrics import RunMeter
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 
 LAP = 16.0
 CURVES = ('trifolium', 'lemniscate')

@@ -8,7 +8,7 @@ from each import each_row
 from promising import BASES
 from stand_in_model import drive
 
-from mobile_robot_control.identification.excitation import Agreement, Area, Excited, excite
+from mobile_robot_control.experiment.excitation import Agreement, Area, Excited, excite
 from mobile_robot_control.quantities import BodyVelocity, Pose
 
 RATE = 20.0

@@ -11,16 +11,15 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
 import mobile_robot_control as mrc
-from mobile_robot_control.configuration.configure import at_cart_start, configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import course_of
-from mobile_robot_control.identification.parameter_file import parameter_text
-from mobile_robot_control.identification.result import UnidentifiableError
+from mobile_robot_control.identification.result import UnidentifiableError, parameter_text
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.model.base import Base
 from mobile_robot_control.model.robot import angular_inertia, linear_inertia
-from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.runs.bag_writer import BagWriter
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import at_cart_start, configure
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.nodes import course_of
 
 DELAY = 'dead time with latency of odometry'
 

@@ -6,6 +6,7 @@ import random
 import pytest
 
 from mobile_robot_control.conformance.sampling import bits_of
+from mobile_robot_control.loop import batch
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.driven import driven_step
 from mobile_robot_control.model.drivetrain import discretise_drivetrain
@@ -15,7 +16,6 @@ from mobile_robot_control.model.motors import Motor, motors_at_rest
 from mobile_robot_control.model.plant import Imperfections
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
-from mobile_robot_control.simulation import batch
 
 LIGHT = Robot(mass=0.5, inertia=0.003, wheel_inertia=2e-5, viscous_friction=0.001)
 

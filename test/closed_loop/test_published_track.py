@@ -9,10 +9,10 @@ import pytest
 from each import each_row
 from harness import run_command
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.simulation.metrics import summary
-from mobile_robot_control.simulation.rollout import measure, rollout
+from mobile_robot_control.runs.metrics import summary
+from mobile_robot_control.runs.rollout import measure, rollout
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 
 KLANCAR = Path(__file__).parents[1] / 'plugins' / 'klancar.py'
 PERIOD, STEPS = 0.033, 910

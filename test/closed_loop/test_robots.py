@@ -2,11 +2,10 @@
 
 from each import each_row
 
-from mobile_robot_control.configuration.configure import at_cart_start, configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.robot_files import shipped_robots
-from mobile_robot_control.simulation.batch import run_trials
-from mobile_robot_control.simulation.trial import make_trial
+from mobile_robot_control.loop.batch import run_trials
+from mobile_robot_control.loop.trial import make_trial
+from mobile_robot_control.settings.configure import at_cart_start, configure, shipped_robots
+from mobile_robot_control.settings.files import load
 
 BOUNDS = {'chapter': (0.015, 0.04), 'create3': (0.012, 0.02), 'jackal': (0.1, 0.18), 'kobuki': (0.025, 0.06),
           'turtlebot3_burger': (0.02, 0.04), 'turtlebot3_burger_base': (0.022, 0.04),

@@ -6,9 +6,9 @@ import statistics
 import pytest
 from harness import CONFIG
 
-from mobile_robot_control.configuration.configure import at_cart_start, configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import at_cart_start, configure
+from mobile_robot_control.settings.files import load
 
 # tune hybrid_backstepping --seed 1 --smooth 1 --params-file config/hybrid_backstepping.yaml
 #   --curves trifolium lemniscate --random 10 --laps 2 --bounds k1=0:0.5 --bounds k2=0:0.5 --bounds ti1=0:0.2

@@ -9,16 +9,16 @@ from drawn import drawn
 from harness import CONFIG
 from stand_in_model import Base, drive
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.control.latency import carried_forward
+from mobile_robot_control.control.compensation import carried_forward
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reference.waiting import begin_waiting, move_cart, slowed
-from mobile_robot_control.ros.clocks.robot_guard import RobotGuard
-from mobile_robot_control.ros.nodes.law_runner import LawRunner
+from mobile_robot_control.ros.nodes.position_controller import LawRunner
+from mobile_robot_control.ros.robot_guard import RobotGuard
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 
 PARAMETERS = configure(load([CONFIG / 'wall_clock.yaml']))
 LAWS = ['backstepping', 'hybrid_backstepping', 'fuzzy']

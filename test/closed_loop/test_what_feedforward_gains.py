@@ -7,19 +7,18 @@ from typing import Annotated, NamedTuple
 import pytest
 from each import each_row
 
-from mobile_robot_control.configuration.configure import at_cart_start, configure
-from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.control.law import Law, NoState
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.loop.batch import run_trials
+from mobile_robot_control.loop.scenarios import configured_scenario, scenario_trial
+from mobile_robot_control.loop.trial import make_trial
+from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.quantities import BodyVelocity
 from mobile_robot_control.reference.cart import accelerated_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.simulation.batch import run_trials
-from mobile_robot_control.simulation.rollout import rollout
-from mobile_robot_control.simulation.scenarios import configured_scenario, scenario_trial
-from mobile_robot_control.simulation.trial import make_trial
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import at_cart_start, configure
+from mobile_robot_control.settings.nodes import NODES
 
 LAP = 16.0
 

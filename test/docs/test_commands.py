@@ -20,8 +20,8 @@ from pathlib import Path
 import pytest
 from each import each
 
-from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.parameters.declaration import declarations
+from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.topics import EVENTS, LOOP_TOPICS, OTHER_INPUTS
 
 ROOT = Path(__file__).parents[2]

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.recording.csv_table import Rows
 from mobile_robot_control.runs import bag
+from mobile_robot_control.runs.csv_table import Rows
 
 pytest.importorskip('piqp', reason="the solver piqp is not installed; the extra 'test' has it")
 
@@ -18,7 +18,8 @@ DRIVE = '''
 import sys
 import pytest
 import mobile_robot_control as mrc
-from mobile_robot_control.cli import experiment, simulate
+from mobile_robot_control.experiment import command as experiment
+from mobile_robot_control.runs import simulation as simulate
 from mobile_robot_control.control.laws import LAWS
 
 file, folder, tests = sys.argv[1:]

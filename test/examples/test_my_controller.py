@@ -8,15 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.recording.csv_table import Rows
 from mobile_robot_control.runs import bag
+from mobile_robot_control.runs.csv_table import Rows
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / 'examples' / 'my_controller'
 
 DRIVE = '''
 import sys
-from mobile_robot_control.cli import experiment, simulate
+from mobile_robot_control.experiment import command as experiment
+from mobile_robot_control.runs import simulation as simulate
 from mobile_robot_control.control.laws import LAWS
 
 print('origin', LAWS.origin('my_kanayama'))
@@ -80,7 +81,8 @@ def test_pip_installs_a_law_that_is_tuned_and_passes_its_own_test(domain, packag
               '--target', place, package], tmp_path)
     paths = os.pathsep.join(filter(None, [str(place), os.environ.get('PYTHONPATH', '')]))
     # to compile the search takes longer than its five short runs; the test of the package compiles the law
-    _printed([sys.executable, '-m', 'mobile_robot_control.cli.tune', 'my_kanayama', '--seed', '1', '--params-file',
+    _printed([sys.executable, '-m', 'mobile_robot_control.search.command', 'my_kanayama', '--seed', '1',
+              '--params-file',
               place / 'share' / 'my_controller' / 'config' / 'kanayama.yaml', '--generations', '1', '--population', '5',
               '--laps', '0.05', '--workers', '1', '--keep', 'gains.k1', 'ti1', 'k2', 'ti2',
               '--output', tmp_path / 'gains.yaml'], tmp_path, PYTHONPATH=paths, NUMBA_DISABLE_JIT='1')

@@ -12,15 +12,15 @@ import yaml
 from each import each
 from robots_table import PLACEHOLDER, head, sourced_parameters
 
-from mobile_robot_control.cli import tune
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load, read_parameter_file
-from mobile_robot_control.configuration.nodes import NODES, Configuration
 from mobile_robot_control.control.laws import BUILT_IN, PositionControl
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.parameters.declaration import declarations, flatten
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.search import command as tune
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load, read_parameter_file
+from mobile_robot_control.settings.nodes import NODES, Configuration
 
 CONFIG = Path(__file__).parents[2] / 'config'
 FILES = sorted(path for path in CONFIG.rglob('*.yaml') if path.parent.name != 'lessons')
@@ -133,8 +133,8 @@ def test_rcl_reads_every_shipped_file_and_every_node_starts_with_those_of_robots
     code = (
         'import sys, rclpy\n'
         'from mobile_robot_control.ros.spin import make_node\n'
-        'from mobile_robot_control.configuration.nodes import NODES\n'
-        'from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments\n'
+        'from mobile_robot_control.settings.nodes import NODES\n'
+        'from mobile_robot_control.ros.spin import check_ros_arguments\n'
         'for path in sys.argv[1:]:\n'
         '    arguments = ["--ros-args", "--params-file", path]\n'
         '    rclpy.init(args=arguments)\n'

@@ -8,10 +8,9 @@ from xml.etree import ElementTree
 
 import yaml
 
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.settings.nodes import NODES, Shared
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 DESKTOP = Path(__file__).parents[2] / 'config' / 'desktop'

@@ -14,21 +14,20 @@ from parameter_table import insert_parameters, tables
 from robots_table import insert_robots
 
 from mobile_robot_control.analysis.modelled import EFFECTS, effect_of
-from mobile_robot_control.configuration.nodes import NODES, parameter_names
+from mobile_robot_control.loop.indices import MeasuredRun, PerformanceIndices, Totals
+from mobile_robot_control.loop.metric_table import INDEX_METRICS, INDICES, RUN_METRICS
+from mobile_robot_control.loop.monte_carlo import METRICS, Judged, metric_labels, summarise_runs
+from mobile_robot_control.loop.scenarios import Scenario
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.quantities import Pose, WheelTorque
-from mobile_robot_control.recording.csv_table import CSV_COLUMNS
-from mobile_robot_control.ros.services.condition import SUBSCRIBERS_KEY
-from mobile_robot_control.simulation.indices import PerformanceIndices
-from mobile_robot_control.simulation.metric_table import INDEX_METRICS, INDICES, RUN_METRICS
-from mobile_robot_control.simulation.metrics import MeasuredRun, summary
-from mobile_robot_control.simulation.scenarios import Scenario
-from mobile_robot_control.simulation.totals import Totals
+from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
+from mobile_robot_control.runs.csv_table import CSV_COLUMNS
+from mobile_robot_control.runs.metrics import summary
+from mobile_robot_control.search.search import Generation
+from mobile_robot_control.settings.nodes import NODES, parameter_names
+from mobile_robot_control.studying.comparison import comparison_values
+from mobile_robot_control.studying.failures import failure_values
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
-from mobile_robot_control.tuning.comparison import comparison_values
-from mobile_robot_control.tuning.failures import failure_values
-from mobile_robot_control.tuning.monte_carlo import METRICS, Judged, metric_labels, summarise_runs
-from mobile_robot_control.tuning.search import Generation
 
 DOCS = Path(__file__).parents[2] / 'docs'
 PAGES = {path.stem: path.read_text(encoding='utf-8') for path in (DOCS / 'nodes').glob('*.md')}
@@ -89,7 +88,7 @@ def test_its_topics_are_those_of_the_node(domain):
     code = (
         'import rclpy\n'
         'from mobile_robot_control.ros.spin import make_node\n'
-        'from mobile_robot_control.configuration.nodes import NODES\n'
+        'from mobile_robot_control.settings.nodes import NODES\n'
         'rclpy.init()\n'
         'for name in NODES:\n'
         '    node = make_node(name)\n'

@@ -12,7 +12,7 @@ import pytest
 import yaml
 from each import each_row
 
-from mobile_robot_control import __version__
+from mobile_robot_control.version import __version__
 
 ROOT = Path(__file__).parents[2]
 EXECUTABLES = {'plant', 'velocity_controller', 'position_controller', 'reference_cart', 'simulate', 'experiment',

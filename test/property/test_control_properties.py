@@ -13,16 +13,14 @@ from scipy.linalg import expm
 
 from mobile_robot_control.control import backstepping, bumpless_transfer, fuzzy, hybrid_backstepping, velocity_pi
 from mobile_robot_control.control.backstepping import BacksteppingGains, lyapunov, lyapunov_rate
-from mobile_robot_control.control.fuzzy import surface
+from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
 from mobile_robot_control.control.hybrid_backstepping import HybridState, SeekingGains, fade_step
 from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.laws import BUILT_IN, LAWS, PositionControl, select
-from mobile_robot_control.control.membership import FuzzyGains, memberships
 from mobile_robot_control.control.tracking_error import bearing, distance, tracking_error
-from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
-from mobile_robot_control.control.velocity_stability import instability, spectral_radius
+from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState, instability, spectral_radius
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.parameters.declaration import ParameterError, build
 from mobile_robot_control.quantities import LARGEST, SMALLEST, BodyVelocity, Pose, Reference, TrackingError, WheelTorque
 
 FINITE = st.floats(-1e15, 1e15)

@@ -7,11 +7,10 @@ from each import each
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load, parameter_file_text
-from mobile_robot_control.configuration.nodes import NODES, Configuration
-from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.parameters.declaration import declarations, flatten
+from mobile_robot_control.parameters.declaration import ParameterError, build, declarations, flatten
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load, parameter_file_text
+from mobile_robot_control.settings.nodes import NODES, Configuration
 
 # numbers below 2.2e-308 are texts for rcl
 FLOATS = st.floats(allow_nan=False, allow_infinity=False, allow_subnormal=False)

@@ -9,14 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.actuators import saturate
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.driven import motorised_step
 from mobile_robot_control.model.drivetrain import discretise_drivetrain
 from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.friction import Directions, Friction, released
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
-from mobile_robot_control.model.motors import Motor, MotorState
+from mobile_robot_control.model.motors import Motor, MotorState, saturate
 from mobile_robot_control.model.robot import Robot, angular_inertia, linear_inertia
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 

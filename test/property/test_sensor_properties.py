@@ -8,12 +8,11 @@ from driving import DT, PERIOD, RATIO, ROBOT, Step, begin, drive, go_on
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mobile_robot_control.model.encoders import Encoders
+from mobile_robot_control.loop import batch
 from mobile_robot_control.model.noise import Noise
-from mobile_robot_control.model.odometry import WheelOdometry
-from mobile_robot_control.model.sensor_constants import sensor_constants
+from mobile_robot_control.model.odometry import Encoders, WheelOdometry
+from mobile_robot_control.model.sensors import sensor_constants
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError
-from mobile_robot_control.simulation import batch
 
 MOTIONS = st.lists(st.tuples(st.floats(-2.0, 2.0), st.floats(-6.0, 6.0), st.integers(1, 30)), min_size=1, max_size=6)
 FEW = settings(max_examples=25, deadline=None)

@@ -3,7 +3,7 @@
 import pytest
 from harness import Robots
 
-from mobile_robot_control.experiment.fastdds_profiles import PROFILES_VARIABLES
+from mobile_robot_control.experiment.node_processes import PROFILES_VARIABLES
 
 
 @pytest.fixture

@@ -4,9 +4,9 @@ import json
 import subprocess
 import sys
 
-from mobile_robot_control.cli import benchmark
-from mobile_robot_control.simulation import batch
-from mobile_robot_control.tuning.benchmark_cell import read_result, write_result
+from mobile_robot_control.benchmarking import command as benchmark
+from mobile_robot_control.benchmarking.cell import read_result, write_result
+from mobile_robot_control.loop import batch
 
 TRACKS = {
     'pushed': """
@@ -23,9 +23,9 @@ track: {ros__parameters: {purpose: A base with lag and odometry that drifts., ro
 /**: {ros__parameters: {reference_horizon: 1}}
 """,
 }
-MAIN = ('import sys; from mobile_robot_control.cli import benchmark; '
-        'from mobile_robot_control.simulation import batch; '
-        'batch.COMPILES = False; benchmark._DRAWN = 2; sys.exit(benchmark.main())')
+MAIN = ('import sys; from mobile_robot_control.benchmarking import command; '
+        'from mobile_robot_control.loop import batch; '
+        'batch.COMPILES = False; command._DRAWN = 2; sys.exit(command.main())')
 
 
 def test_drawn_runs_are_the_same_over_dds_and_one_that_is_not_is_told(domain, tmp_path, monkeypatch):

@@ -11,8 +11,8 @@ from harness import CONFIG, Robots
 from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.ros.services.qos import PUBLISHED
+from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.settings.nodes import NODES
 
 WALL_CLOCK = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'peer_timeout:=1.0']
 OK, WARN, ERROR, STALE = (getattr(DiagnosticStatus, name) for name in ('OK', 'WARN', 'ERROR', 'STALE'))

@@ -8,10 +8,10 @@ from geometry_msgs.msg import WrenchStamped
 from harness import CONFIG, Robots
 from rclpy.node import Node
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
 from mobile_robot_control.quantities import Push
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 from mobile_robot_control.topics import LOOPS
 
 FILE = CONFIG / 'backstepping.yaml'

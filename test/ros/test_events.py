@@ -10,14 +10,14 @@ from geometry_msgs.msg import WrenchStamped
 from harness import CONFIG, PERIOD
 from nav_msgs.msg import Path
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.ros.services.qos import LATCHED
-from mobile_robot_control.ros.services.run_events import KEPT
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.ros.qos import LATCHED
+from mobile_robot_control.ros.run_events import KEPT
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 
 FILE = CONFIG / 'backstepping.yaml'
 QUICK = ['--params-file', str(FILE), '-p', 'real_time_factor:=0.0', '-p', 'paused:=true']

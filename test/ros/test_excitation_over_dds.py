@@ -19,7 +19,7 @@ import stand_in_base
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 
-from mobile_robot_control.cli import identify
+from mobile_robot_control.identification import command as identify
 
 PLAIN = ('--topic', 'cmd_vel:=plain_cmd_vel')
 BOX = ('--box', '3', '3', '--max-velocity', '0.5', '--yes')
@@ -36,7 +36,7 @@ def base(robot):
 
 
 def start(*arguments, **options):
-    return subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.excite', *arguments],
+    return subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.experiment.excite', *arguments],
                             **{'stderr': subprocess.PIPE, 'text': True, **options})
 
 

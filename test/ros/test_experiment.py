@@ -12,8 +12,8 @@ from harness import CONFIG, numbers_in, run_command, start_experiment
 from mcap_ros2.reader import read_ros2_messages
 from processes import processes_of, threads_of
 
-from mobile_robot_control.cli import simulate
 from mobile_robot_control.runs import bag
+from mobile_robot_control.runs import simulation as simulate
 
 FAST = ('-p', 'plant.real_time_factor:=0.0')
 WALL_CLOCK = ('--params-file', CONFIG / 'wall_clock.yaml')

@@ -74,7 +74,7 @@ if {where}:
 def test_what_hangs_while_an_experiment_starts_is_ended(domain, tmp_path, monkeypatch, module, where, stop, code, told):
     (tmp_path / f'{module}.py').write_text(HANGS.format(where=where))
     monkeypatch.setenv('PYTHONPATH', os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get('PYTHONPATH')])]))
-    run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--duration', '1',
+    run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.experiment.command', '--duration', '1',
                             '--patience', '3', '--output', str(tmp_path / 'run')], stdout=subprocess.PIPE,
                            stderr=subprocess.PIPE, text=True)
     wait_until((tmp_path / 'run' / 'log').exists, 30.0)
@@ -90,9 +90,9 @@ def test_what_hangs_while_an_experiment_starts_is_ended(domain, tmp_path, monkey
 LEAVING = '''
 import gc, sys, time
 import rclpy
-from mobile_robot_control.cli.experiment import main
-from mobile_robot_control.experiment import evaluation
-from mobile_robot_control.ros.nodes.recorder import Recorder
+from mobile_robot_control.experiment.command import main
+from mobile_robot_control.experiment import folders as evaluation
+from mobile_robot_control.experiment.recorder import Recorder
 evaluate = evaluation.evaluate
 evaluation.evaluate = lambda *given, **named: (gc.collect(), evaluate(*given, **named))[1]
 Recorder.__del__ = lambda _: time.sleep(600.0)

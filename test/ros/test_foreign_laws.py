@@ -10,12 +10,12 @@ from harness import CONFIG, run_command
 from rcl_interfaces.srv import DescribeParameters
 from watching import Timeline
 
-from mobile_robot_control.cli import simulate
-from mobile_robot_control.configuration.configure import at_cart_start, configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.plugins import load_plugins
+from mobile_robot_control.parameters.plugins import load_plugins
 from mobile_robot_control.runs import bag
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import at_cart_start, configure
+from mobile_robot_control.settings.files import load
 
 PLUGINS = Path(__file__).parents[1] / 'plugins'
 KANAYAMA = PLUGINS / 'kanayama.py'

@@ -18,21 +18,21 @@ from geometry_msgs.msg import TwistStamped
 from harness import CONFIG
 from nav_msgs.msg import Odometry
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.messages import parsing
 from mobile_robot_control.quantities import LARGEST
-from mobile_robot_control.ros.clocks import questions
-from mobile_robot_control.ros.inputs import input_validation
-from mobile_robot_control.ros.inputs.stamp_policy import (
+from mobile_robot_control.ros import inputs as input_validation
+from mobile_robot_control.ros import questions
+from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
+from mobile_robot_control.ros.stamp_policy import (
     AnswerStampPolicy,
     LockstepStampPolicy,
     StampDecision,
     WallClockStampPolicy,
 )
-from mobile_robot_control.ros.services.qos import PUBLISHED, SUBSCRIBED
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.nodes import Shared
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 FILE = Path(foreign_position_controller.__file__)

@@ -15,10 +15,10 @@ from rclpy.serialization import serialize_message
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.ros.nodes import recorder
-from mobile_robot_control.ros.services.condition import SUBSCRIBERS_KEY
-from mobile_robot_control.ros.services.qos import PUBLISHED, message_class
+from mobile_robot_control.experiment import recorder
+from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
+from mobile_robot_control.ros.qos import PUBLISHED, message_class
+from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.topics import LOOP_TOPICS
 
 KINDS = {'/diagnostics': 'diagnostic_msgs/msg/DiagnosticArray', '/clock': 'rosgraph_msgs/msg/Clock',
@@ -71,7 +71,7 @@ def test_any_bytes_as_a_plain_twist_and_beside_an_experiment_end_neither(domain,
         node, heard = rclpy.create_node('hostile'), 0
         robots.add(node)
         publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 100)
-        run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output',
+        run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.experiment.command', '--output',
                                 tmp_path / 'run', '--duration', '1', '--composed', '--no-report'],
                                stderr=subprocess.PIPE, text=True)
         while run.poll() is None:

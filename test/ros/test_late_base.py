@@ -18,7 +18,7 @@ from nav_msgs.msg import Odometry
 from promising import TUNED, fed, plant_like, promised
 from stand_in_model import Base
 
-from mobile_robot_control.configuration.nodes import course_of
+from mobile_robot_control.settings.nodes import course_of
 
 LAG, LAP = 0.15, 16.0
 

@@ -6,12 +6,12 @@ import math
 import pytest
 from harness import CONFIG
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model.kinematics import body_velocity
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 
 ARGUMENTS = ['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_time_factor:=2.0']
 

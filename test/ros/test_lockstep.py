@@ -12,12 +12,12 @@ from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
-from mobile_robot_control.ros.services.qos import LATCHED, PUBLISHED
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.ros.qos import LATCHED, PUBLISHED
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.nodes import NODES
 
 HYBRID = ('--params-file', str(CONFIG / 'hybrid_backstepping.yaml'))
 

@@ -8,8 +8,8 @@ from harness import CONFIG, PERIOD, Robots
 from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameters
 
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.ros.services.qos import PUBLISHED
+from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.topics import LOOPS
 
 HYBRID = CONFIG / 'hybrid_backstepping.yaml'

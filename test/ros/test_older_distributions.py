@@ -11,7 +11,7 @@ import sys
 import pytest
 from harness import CONFIG
 
-from mobile_robot_control.ros.nodes.recorder import NO_LIMIT
+from mobile_robot_control.experiment.recorder import NO_LIMIT
 
 # a sitecustomize.py, which every Python with it on its path runs first
 _REMOVE = '''

@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 from parameter_calls import DECLARED
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.parameters.checking import ParameterError, build
-from mobile_robot_control.parameters.declaration import flatten
+from mobile_robot_control.parameters.declaration import ParameterError, build, flatten
 from mobile_robot_control.ros import spin
-from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments
+from mobile_robot_control.ros.spin import check_ros_arguments
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.nodes import NODES
 
 _STOPPED = types.SimpleNamespace(requested=True)
 _NUMBERS = st.one_of(st.floats(), st.floats(0.01, 1.0), st.integers(), st.integers(0, 1000), st.booleans())

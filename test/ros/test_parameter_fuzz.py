@@ -12,10 +12,10 @@ from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomic
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments
+from mobile_robot_control.ros.spin import check_ros_arguments
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.nodes import NODES
 
 SLOW = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'lockstep:=true', '-p', 'real_time_factor:=0.2']
 _KINDS = {'get_parameters': GetParameters, 'set_parameters': SetParameters,

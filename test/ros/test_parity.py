@@ -8,13 +8,12 @@ import pytest
 from harness import CONFIG, driven, experiment
 from mcap_ros2.reader import read_ros2_messages
 
-from mobile_robot_control.configuration.configure import at_cart_start, configure
-from mobile_robot_control.configuration.files import load, save_configuration
-from mobile_robot_control.configuration.nodes import course_of, loop_of
-from mobile_robot_control.configuration.robot_files import shipped_robots
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import at_cart_start, configure, shipped_robots
+from mobile_robot_control.settings.files import load, save_configuration
+from mobile_robot_control.settings.nodes import course_of, loop_of
 
 # a covering array of what makes the simulated robot a real one: every pair of options is in one of ROBOTS and MORE
 BASE = {'plant.drive': 'velocity'}

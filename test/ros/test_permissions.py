@@ -18,8 +18,8 @@ from policy_reading import allowed
 from rclpy.node import Node, NodeNameNonExistentError
 from std_msgs.msg import String
 
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.configuration.sros2_policy import policy
+from mobile_robot_control.settings.nodes import NODES
+from mobile_robot_control.settings.sros2_policy import policy
 
 TF2 = """
 from std_msgs.msg import String
@@ -117,7 +117,7 @@ def _compare(robots):
     robots.spin_until(seldom(lambda: used('recorder') - usable('recorder') == {('publish', 'else')}))
 
 
-@pytest.mark.parametrize('program', [['ros.executables', 'plant'], ['cli.experiment', '--duration', '0.1']])
+@pytest.mark.parametrize('program', [['ros.executables', 'plant'], ['experiment.command', '--duration', '0.1']])
 def test_what_cannot_be_secured_does_not_start(domain, tmp_path, program):
     security = {'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Enforce',
                 'ROS_SECURITY_KEYSTORE': str(tmp_path), 'ROS_SECURITY_ENCLAVE_OVERRIDE': '/none'}

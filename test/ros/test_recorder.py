@@ -12,9 +12,9 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+from mobile_robot_control.experiment.recorder import NO_LIMIT, Recorder
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.ros.nodes.recorder import NO_LIMIT, Recorder
-from mobile_robot_control.ros.services.qos import LATCHED
+from mobile_robot_control.ros.qos import LATCHED
 from mobile_robot_control.ros.spin import make_executor
 from mobile_robot_control.topics import LOOPS
 

@@ -9,11 +9,11 @@ import pytest
 from each import each_row
 from harness import CONFIG, run_command
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.ros import spin
-from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments
+from mobile_robot_control.ros.spin import check_ros_arguments
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 
 FILES = [
     ('plant', '/**: {ros__parameters: {robot.mass: -1.0}}', ['robot.mass = -1.0', 'above 0.0 kg']),
@@ -98,15 +98,16 @@ def test_of_a_file_for_all_nodes_each_takes_its_sections_and_whole_numbers_as_fl
 
 @each_row(('program', 'words'), [
     (['ros.executables', 'plant', '--ros-args', '-p', 'robot.mass:=0.0'], ['robot.mass = 0.0']),
-    (['cli.simulate', '--duration', '1', '-p', '/**.robot.mass:=0.0'], ['robot.mass = 0.0']),
-    (['cli.simulate'], ['usage', 'duration']),
-    (['cli.simulate', '--duration', '1', '--output', '{folder}/file/run'], ['file']),
-    (['cli.experiment', '--duration', '1', '--output', '{folder}/file/run'], ['file']),
-    (['cli.experiment', '--duration', '1', '--output', '{folder}/run', '-p', '/**.robot.mass:=-1.0', '-p',
+    (['runs.simulation', '--duration', '1', '-p', '/**.robot.mass:=0.0'], ['robot.mass = 0.0']),
+    (['runs.simulation'], ['usage', 'duration']),
+    (['runs.simulation', '--duration', '1', '--output', '{folder}/file/run'], ['file']),
+    (['experiment.command', '--duration', '1', '--output', '{folder}/file/run'], ['file']),
+    (['experiment.command', '--duration', '1', '--output', '{folder}/run', '-p', '/**.robot.mass:=-1.0', '-p',
       'reference_cart.curve:=square'], ['robot.mass = -1.0', "curve = 'square'"]),
-    (['cli.experiment', '--duration', '1', '--output', '{folder}/run', '--params-file', str(CONFIG / 'wall_clock.yaml'),
-      '-p', '/**.stamped_cmd_vel:=false'], ['stamped_cmd_vel = false', 'stamped_cmd_vel:=true']),
-    (['cli.experiment', '--duration', '1', '--output', '{folder}'], ['holds an experiment already', '--overwrite']),
+    (['experiment.command', '--duration', '1', '--output', '{folder}/run', '--params-file',
+      str(CONFIG / 'wall_clock.yaml'), '-p', '/**.stamped_cmd_vel:=false'],
+     ['stamped_cmd_vel = false', 'stamped_cmd_vel:=true']),
+    (['experiment.command', '--duration', '1', '--output', '{folder}'], ['holds an experiment already', '--overwrite']),
 ])
 def test_processes_end_with_exit_code_2_and_leave_a_folder_as_it_was(domain, tmp_path, program, words):
     (tmp_path / 'file').write_text('a file, not a folder')

@@ -19,7 +19,7 @@ from processes import processes_of
 from mobile_robot_control.messages.parsing import serialised_stamp
 from mobile_robot_control.messages.writing import path_message
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.ros.services.run_events import KEPT
+from mobile_robot_control.ros.run_events import KEPT
 from mobile_robot_control.runs.bag import read_bag
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
@@ -29,7 +29,7 @@ SLOW = 1e-3
 
 def start(output, *arguments):
     return subprocess.Popen(
-        [sys.executable, '-m', 'mobile_robot_control.cli.experiment', '--output', str(output), '--composed',
+        [sys.executable, '-m', 'mobile_robot_control.experiment.command', '--output', str(output), '--composed',
          '--no-report', '-p', f'plant.real_time_factor:={SLOW}', *map(str, arguments)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 

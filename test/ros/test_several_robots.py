@@ -11,10 +11,10 @@ import rclpy
 from harness import CONFIG, Robots, driven
 from nav_msgs.msg import Odometry
 
-from mobile_robot_control.configuration.files import parameter_file_text
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.ros.services.qos import PUBLISHED
+from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.settings.files import parameter_file_text
 
 FAST = ['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0', '-p', 'paused:=true', '-p',
         'initial_pose:=[0.8, 0.1, 0.0]']

@@ -12,8 +12,8 @@ import pytest
 from harness import CONFIG
 from processes import catches_sigterm, processes_of, threads_of, wait_until
 
-from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.runs import bag
+from mobile_robot_control.settings.nodes import NODES
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -66,7 +66,7 @@ def _signal_an_experiment(folder, moment):
     """Interrupt an experiment of one simulated second, and read its bag."""
     log = folder.with_suffix('.log')
     arguments = ['--duration', '1', '--output', folder, '--params-file', CONFIG / 'fuzzy.yaml']
-    run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.cli.experiment', *map(str, arguments)],
+    run = subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.experiment.command', *map(str, arguments)],
                            stdout=log.open('wb'), stderr=subprocess.STDOUT)
     try:
         wait_until(lambda: catches_sigterm(run.pid))

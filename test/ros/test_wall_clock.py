@@ -18,9 +18,9 @@ from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 from watching import Timeline, first_below, settled_below
 
-from mobile_robot_control.configuration.nodes import NODES
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
-from mobile_robot_control.ros.services.qos import PUBLISHED
+from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.settings.nodes import NODES
 
 ARGUMENTS = ['--params-file', str(CONFIG / 'wall_clock.yaml')]
 SOAK = float(os.environ.get('SOAK_SECONDS', '120'))

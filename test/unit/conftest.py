@@ -18,7 +18,7 @@ def signal_handlers():
 @pytest.fixture
 def quick(monkeypatch):
     """A report draws one figure of each kind."""
-    from mobile_robot_control.pages import report_writing
+    from mobile_robot_control.report import report_writing
 
     for figures in ('RUN_FIGURES', 'TIMING_FIGURES'):
         monkeypatch.setattr(report_writing, figures, getattr(report_writing, figures)[:1])
@@ -27,8 +27,9 @@ def quick(monkeypatch):
 @pytest.fixture
 def plain(monkeypatch, quick):
     """A search or a study compiles and draws nothing."""
-    from mobile_robot_control.api import search_files, study_files
-    from mobile_robot_control.simulation import batch
+    from mobile_robot_control.loop import batch
+    from mobile_robot_control.search import command as search_files
+    from mobile_robot_control.studying import command as study_files
 
     monkeypatch.setattr(batch, 'COMPILES', False)
     for files in (search_files, study_files):

@@ -4,7 +4,7 @@ from mobile_robot_control import jit
 from mobile_robot_control.control import backstepping, fuzzy, hybrid_backstepping, velocity_pi
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.base_motion import base_step
+from mobile_robot_control.model.base import base_step
 from mobile_robot_control.model.plant import actuated_step
 from mobile_robot_control.reference.curves import CURVES
 

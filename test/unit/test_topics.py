@@ -2,7 +2,7 @@
 
 from each import each_row
 
-from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS, POSITION_TOPICS, first_silent, silent_node
 
 TORQUE, VELOCITY = LOOPS['torque'], LOOPS['velocity']

@@ -12,8 +12,8 @@ from chapter_figures.runs import FUZZY_TRIFOLIUM, ORDINARY_TRIFOLIUM, Runs
 from mobile_robot_control.figures.figure import WIDTH
 from mobile_robot_control.figures.palette import GREY, GROUND, INK, TINT, style
 from mobile_robot_control.parameters.declaration import flatten
-from mobile_robot_control.tuning.chromosome import BITS
-from mobile_robot_control.tuning.search_space import search_genes
+from mobile_robot_control.search.genetic import BITS
+from mobile_robot_control.search.space import search_genes
 
 _COLUMNS = 8
 """Genes in a row of the drawing."""

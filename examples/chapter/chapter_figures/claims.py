@@ -17,8 +17,8 @@ from chapter_figures.runs import (
     ChapterRun,
     Runs,
 )
-from mobile_robot_control.pages.run_words import peak_torque
 from mobile_robot_control.quantities import BodyVelocity
+from mobile_robot_control.runs.words import peak_torque
 
 RUNS = (FUZZY_BESIDE, FUZZY_TRIFOLIUM, HYBRID_LEMNISCATE, ORDINARY_LEMNISCATE, ORDINARY_TRIFOLIUM)
 """All runs that the claims are measured on."""

@@ -3,10 +3,9 @@
 import numpy as np
 
 from chapter_figures.runs import FUZZY_TRIFOLIUM, Runs
-from mobile_robot_control.control.membership import FuzzyGains
-from mobile_robot_control.tuning import chromosome
-from mobile_robot_control.tuning.search_gains import configured_gains, decode
-from mobile_robot_control.tuning.search_space import search_genes
+from mobile_robot_control.control.fuzzy import FuzzyGains
+from mobile_robot_control.search import genetic
+from mobile_robot_control.search.space import configured_gains, decode, search_genes
 
 _SEED = 2008
 
@@ -14,9 +13,9 @@ _SEED = 2008
 def initial(runs: Runs) -> FuzzyGains:
     """Return the gains of a random chromosome, as in a first generation; the same in every call."""
     genes = search_genes('fuzzy')
-    bits = chromosome.random(1, len(genes), np.random.default_rng(_SEED))
+    bits = genetic.random(1, len(genes), np.random.default_rng(_SEED))
     kept = configured_gains(runs.configuration(FUZZY_TRIFOLIUM))
-    found: FuzzyGains = decode(genes, chromosome.points(bits)[0].tolist(), kept).control.fuzzy
+    found: FuzzyGains = decode(genes, genetic.points(bits)[0].tolist(), kept).control.fuzzy
     return found
 
 

@@ -10,11 +10,9 @@ from matplotlib.ticker import MaxNLocator
 from chapter_figures import fuzzy_gains
 from chapter_figures.figure import ALL, ChapterFigure
 from chapter_figures.runs import FUZZY_TRIFOLIUM, Runs
-from mobile_robot_control.control.fuzzy import surface
-from mobile_robot_control.control.membership import FuzzyGains, memberships
+from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
 from mobile_robot_control.figures.drawing import legend
-from mobile_robot_control.figures.figure import WIDTH
-from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.figures.figure import WIDTH, Floats
 from mobile_robot_control.figures.palette import INK, LINES, style
 
 GainsSource = Callable[[Runs], FuzzyGains]

@@ -8,8 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mobile_robot_control.figures.drawing import triangle
-from mobile_robot_control.figures.figure import WIDTH
-from mobile_robot_control.figures.lines import Floats
+from mobile_robot_control.figures.figure import WIDTH, Floats
 from mobile_robot_control.figures.palette import GREY, INK, TINT
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import Pose

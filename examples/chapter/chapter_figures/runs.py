@@ -5,20 +5,19 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from mobile_robot_control.api.simulating import simulate
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.control import hybrid_backstepping
 from mobile_robot_control.control.hybrid_backstepping import HybridState
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.velocity_pi import VelocityGains
+from mobile_robot_control.loop.closed_loop import Sample
+from mobile_robot_control.loop.ticks import make_velocity_tick, start
 from mobile_robot_control.quantities import BodyVelocity, Observation
+from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.runs.run import Run
-from mobile_robot_control.simulation.closed_loop import Sample
-from mobile_robot_control.simulation.loop_start import start
-from mobile_robot_control.simulation.rollout import rollout
-from mobile_robot_control.simulation.ticks import make_velocity_tick
+from mobile_robot_control.runs.simulate import simulate
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.nodes import Configuration
 
 LAP = 16.0
 """[s]: one lap of either curve."""

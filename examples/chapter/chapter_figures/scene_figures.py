@@ -13,9 +13,9 @@ from mobile_robot_control.control.tracking_error import bearing
 from mobile_robot_control.figures.drawing import legend, triangle
 from mobile_robot_control.figures.figure import WIDTH
 from mobile_robot_control.figures.palette import BLUE, GREEN, GREY, INK, ORANGE, PINK, style
+from mobile_robot_control.loop.closed_loop import PositionTick
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.runs.series import Series
-from mobile_robot_control.simulation.closed_loop import PositionTick
 
 _SEEK = 4.0
 """[s] of the run in Fig. 9."""

@@ -12,8 +12,7 @@ from chapter_figures.figure import ALL, ChapterFigure
 from chapter_figures.membership_figures import ANGULAR_NAMES, LINEAR_NAMES
 from chapter_figures.runs import Runs
 from mobile_robot_control.angles import wrap_angle
-from mobile_robot_control.control.fuzzy import surface
-from mobile_robot_control.control.membership import FuzzyGains, memberships
+from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
 from mobile_robot_control.figures.drawing import legend
 from mobile_robot_control.figures.figure import WIDTH
 from mobile_robot_control.figures.palette import BLUE, GREY, INK, LINES, TINT, style

@@ -15,8 +15,7 @@ from chapter_figures.runs import (
     Runs,
 )
 from mobile_robot_control.figures.drawing import draw
-from mobile_robot_control.figures.figure import Figure
-from mobile_robot_control.figures.lines import Line
+from mobile_robot_control.figures.figure import Figure, Line
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import (
     HEADING,

@@ -16,34 +16,21 @@ try:
 except ImportError:  # before iron
     from rclpy.qos_event import PublisherEventCallbacks, SubscriptionEventCallbacks
 
-from mobile_robot_control.configuration.nodes import with_options
-from mobile_robot_control.configuration.shared import Shared
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.ros.clocks.lockstep import LockstepDriver, Outputs
-from mobile_robot_control.ros.clocks.wall_clock import FixedRateTimer, WallClockDriver
-from mobile_robot_control.ros.inputs.command_input import PLAIN, stamped_on_receipt
-from mobile_robot_control.ros.inputs.conversions import writer
-from mobile_robot_control.ros.inputs.input_monitor import InputMonitor
-from mobile_robot_control.ros.inputs.input_validation import InputValidator
-from mobile_robot_control.ros.inputs.stamp_policy import StampDecision
-from mobile_robot_control.ros.inputs.table import Input, Inputs
-from mobile_robot_control.ros.nodes.diagnostics import Diagnostics, OverrunCounter
-from mobile_robot_control.ros.services.condition import Condition
-from mobile_robot_control.ros.services.parameter_bridge import declare
-from mobile_robot_control.ros.services.parameter_service import CheckedParameterService
-from mobile_robot_control.ros.services.publisher_watch import PublisherWatch
-from mobile_robot_control.ros.services.qos import SENSORS, SUBSCRIBED, flush, publish_on, subscribe_to
-from mobile_robot_control.ros.services.robot_clock import RobotClock, SteadyClock, refuse_negative_time
-from mobile_robot_control.ros.services.run_events import RunEvents
-from mobile_robot_control.stamps import period_nanoseconds
-from mobile_robot_control.topics import (
-    ALL_LOOP_TOPICS,
-    LOOPS,
-    MEASURED_TOPICS,
-    OTHER_INPUTS,
-    OTHER_TOPICS,
-    LoopGraph,
-)
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.quantities import period_nanoseconds
+from mobile_robot_control.ros.clock import RobotClock, SteadyClock, refuse_negative_time
+from mobile_robot_control.ros.conversions import PLAIN, stamped_on_receipt, writer
+from mobile_robot_control.ros.diagnostics import Condition, Diagnostics, OverrunCounter
+from mobile_robot_control.ros.inputs import InputMonitor, InputValidator
+from mobile_robot_control.ros.lockstep import LockstepDriver, Outputs
+from mobile_robot_control.ros.parameters import CheckedParameterService, declare
+from mobile_robot_control.ros.peers import PublisherWatch
+from mobile_robot_control.ros.qos import SENSORS, SUBSCRIBED, flush, publish_on, subscribe_to
+from mobile_robot_control.ros.run_events import RunEvents
+from mobile_robot_control.ros.stamp_policy import Input, Inputs, StampDecision
+from mobile_robot_control.ros.wall_clock import FixedRateTimer, WallClockDriver
+from mobile_robot_control.settings.nodes import Shared, with_options
+from mobile_robot_control.topics import ALL_LOOP_TOPICS, LOOPS, MEASURED_TOPICS, OTHER_INPUTS, OTHER_TOPICS, LoopGraph
 
 
 class _NodeParameters(Protocol):

@@ -1,28 +1,68 @@
 """The node `reference_cart`: it moves the virtual robot that the real one follows."""
 
-from collections.abc import Iterable, Mapping
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any
 
 from nav_msgs.msg import Path
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from mobile_robot_control.configuration.nodes import ReferenceCartParameters, awaits_path
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import RefusedMessageError
-from mobile_robot_control.quantities import Pose
-from mobile_robot_control.reference.curve import PATH
-from mobile_robot_control.ros.clocks.cart_time import LockstepTime, WallClockTime
-from mobile_robot_control.ros.clocks.cart_wait import CartWait
-from mobile_robot_control.ros.clocks.lockstep import Outputs
-from mobile_robot_control.ros.inputs.conversions import reader
-from mobile_robot_control.ros.inputs.path_input import subscribe_to_paths
-from mobile_robot_control.ros.inputs.table import Input, Inputs
-from mobile_robot_control.ros.nodes.cart_course import CartCourse
-from mobile_robot_control.ros.nodes.cart_paths import Due, LockstepPaths, WallClockPaths
+from mobile_robot_control.quantities import NANOSECONDS, Pose
+from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.ros.cart_time import CartWait, LockstepTime, WallClockTime
+from mobile_robot_control.ros.conversions import reader
+from mobile_robot_control.ros.diagnostics import Condition
+from mobile_robot_control.ros.lockstep import Outputs
+from mobile_robot_control.ros.nodes.cart_paths import CartCourse, Due, LockstepPaths, WallClockPaths
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
-from mobile_robot_control.ros.services.condition import Condition
-from mobile_robot_control.ros.services.qos import LATCHED
-from mobile_robot_control.stamps import NANOSECONDS
+from mobile_robot_control.ros.qos import LATCHED, QUIET, SUBSCRIBED
+from mobile_robot_control.ros.stamp_policy import Input, Inputs
+from mobile_robot_control.ros.timers import create_steady_timer
+from mobile_robot_control.settings.nodes import ReferenceCartParameters, awaits_path
 from mobile_robot_control.topics import PATH_TOPIC
+
+_MOST = 4
+"""Messages of one subscription that wait for the other one."""
+_LOOK = 0.2
+"""[s] from one look for publishers that keep their messages to the next."""
+
+
+def subscribe_to_paths(node: Node, take: Callable[[bytes], None]) -> None:
+    """
+    Call a function with each message on `path`, serialised.
+
+    A subscription to kept messages connects only with publishers that keep them, and no other subscription receives
+    kept messages. Hence there are two, the one to kept messages once a publisher keeps them: DDS would warn any other
+    publisher of it. A message on both counts once.
+    """
+    only_by_one: list[deque[bytes]] = [deque(maxlen=_MOST), deque(maxlen=_MOST)]
+
+    def receive(number: int, message: bytes) -> None:
+        by_other = only_by_one[1 - number]
+        if message in by_other:
+            by_other.remove(message)
+            return
+        only_by_one[number].append(message)
+        take(message)
+
+    def subscribe(number: int, quality: QoSProfile) -> None:
+        node.create_subscription(Path, PATH_TOPIC, partial(receive, number), quality, raw=True, event_callbacks=QUIET)
+
+    def look() -> None:
+        if any(offer.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in publishers()):
+            timer.cancel()
+            subscribe(1, LATCHED)
+
+    subscribe(0, SUBSCRIBED)
+    publishers = partial(node.get_publishers_info_by_topic, node.resolve_topic_name(PATH_TOPIC))
+    timer = create_steady_timer(_LOOK, look, node)
+
 
 _JUMP = ('the cart would jump: on the wall clock its curve can change where wait is true, so that it waits at the new '
          'start; or start the node again')

@@ -2,13 +2,12 @@
 
 from typing import Any
 
-from mobile_robot_control.configuration.nodes import PlantParameters
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.disturbance import with_push
 from mobile_robot_control.model.dynamics import PlantState
-from mobile_robot_control.model.encoders import WheelAngles
 from mobile_robot_control.model.noise import pose_variances, twist_variances
+from mobile_robot_control.model.odometry import WheelAngles
 from mobile_robot_control.model.plant_form import (
     Grid,
     drive_at_rest,
@@ -19,10 +18,9 @@ from mobile_robot_control.model.plant_form import (
     sensor_values,
     sensors_at_rest,
 )
-from mobile_robot_control.model.sensor_covariance import sensed_pose_variances, sensed_twist_variances
-from mobile_robot_control.model.sensors import shown_sample
-from mobile_robot_control.quantities import BodyVelocity, Pose, Push, WheelTorque, WheelVelocity
-from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.model.sensors import sensed_pose_variances, sensed_twist_variances, shown_sample
+from mobile_robot_control.quantities import BodyVelocity, Pose, Push, WheelTorque, WheelVelocity, period_nanoseconds
+from mobile_robot_control.settings.nodes import PlantParameters
 
 
 def exceeds(values: tuple[float, ...], limit: float) -> bool:

@@ -2,15 +2,14 @@
 
 from typing import Annotated, Any, NamedTuple
 
-from mobile_robot_control.configuration.shared import Shared
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.parameters.declaration import INLINE
-from mobile_robot_control.ros.clocks.lockstep import Outputs
-from mobile_robot_control.ros.inputs.conversions import reader, writer
-from mobile_robot_control.ros.inputs.table import Input, Inputs
+from mobile_robot_control.parameters.declaration import INLINE, ParameterError
+from mobile_robot_control.quantities import period_nanoseconds
+from mobile_robot_control.ros.conversions import reader, writer
+from mobile_robot_control.ros.lockstep import Outputs
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
 from mobile_robot_control.ros.own_node import OwnNode
-from mobile_robot_control.stamps import period_nanoseconds
+from mobile_robot_control.ros.stamp_policy import Input, Inputs
+from mobile_robot_control.settings.nodes import Shared
 from mobile_robot_control.topics import ALL_LOOP_TOPICS, LoopGraph, Topic
 
 

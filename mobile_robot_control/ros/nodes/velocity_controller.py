@@ -3,16 +3,16 @@
 from collections.abc import Callable
 from functools import partial
 
-from mobile_robot_control.configuration.nodes import VelocityControllerParameters
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.messages.parsing import RefusedMessageError
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, BodyVelocity, WheelTorque
-from mobile_robot_control.ros.clocks.lockstep import Outputs
-from mobile_robot_control.ros.inputs.conversions import reader
-from mobile_robot_control.ros.inputs.table import Input, Inputs, never
+from mobile_robot_control.ros.conversions import reader
+from mobile_robot_control.ros.lockstep import Outputs
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
+from mobile_robot_control.ros.stamp_policy import Input, Inputs, never
+from mobile_robot_control.settings.nodes import VelocityControllerParameters
 
 _OLDEST_WHEELS, _OLDEST_ACCELERATION = 0.1, 0.5
 """[s]: on the wall clock, older wheel velocities yield no torque, and older accelerations are not used."""

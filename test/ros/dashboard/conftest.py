@@ -11,7 +11,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import Trigger
 
-from mobile_robot_control.configuration.nodes import NODES
+from mobile_robot_control.settings.nodes import NODES
 
 
 class Asker:

@@ -9,28 +9,28 @@ from each import each_row
 from harness import CONFIG
 
 from mobile_robot_control import BodyVelocity, Pose
-from mobile_robot_control.analysis.lap import followed_lap, lap_loop
-from mobile_robot_control.analysis.lap_margins import loop_margins
 from mobile_robot_control.analysis.linearisation import (
     LinearLoop,
+    followed_lap,
+    lap_loop,
     linear_position_loop,
     linear_velocity_loop,
     numbers_of,
     with_numbers,
 )
-from mobile_robot_control.analysis.margins import UNSTABLE, Margins, margins_of, spectral_radius_of
+from mobile_robot_control.analysis.margins import UNSTABLE, Margins, loop_margins, margins_of, spectral_radius_of
 from mobile_robot_control.analysis.modelled import pattern_of, smooth_part
 from mobile_robot_control.analysis.promises import promise, warnings_of
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import course_of
 from mobile_robot_control.control.hybrid_backstepping import TRACKING
-from mobile_robot_control.control.velocity_stability import spectral_radius
+from mobile_robot_control.control.velocity_pi import spectral_radius
+from mobile_robot_control.loop.scenarios import configured_scenario
+from mobile_robot_control.loop.ticks import make_position_tick
 from mobile_robot_control.quantities import WheelTorque
 from mobile_robot_control.reference.course import references_along
-from mobile_robot_control.simulation.rollout import rollout
-from mobile_robot_control.simulation.scenarios import configured_scenario
-from mobile_robot_control.simulation.ticks import make_position_tick
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.nodes import course_of
 
 RATES = {'velocity_rate': 200.0, 'position_rate': 50.0}
 

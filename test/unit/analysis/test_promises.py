@@ -6,8 +6,7 @@ import math
 import pytest
 from each import each_row
 
-from mobile_robot_control.analysis.lap_margins import LapMargins, LoopMargins
-from mobile_robot_control.analysis.margins import UNKNOWN, UNSTABLE, Margins
+from mobile_robot_control.analysis.margins import UNKNOWN, UNSTABLE, LapMargins, LoopMargins, Margins
 from mobile_robot_control.analysis.modelled import EFFECTS, describe_model, drive_of, pattern_of, smooth_part
 from mobile_robot_control.analysis.promises import (
     Promise,
@@ -17,11 +16,11 @@ from mobile_robot_control.analysis.promises import (
     promise_values,
     warnings_of,
 )
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.loop.scenarios import configured_scenario
 from mobile_robot_control.model.noise import Noise
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.simulation.scenarios import configured_scenario
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.nodes import Configuration
 
 IDEAL = Configuration()
 ROUGH = configure({

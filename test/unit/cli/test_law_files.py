@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 from each import each_row
 
-from mobile_robot_control.cli import simulate, tune
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
+from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.search import command as tune
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 
 pytestmark = pytest.mark.usefixtures('plain', 'registered')
 

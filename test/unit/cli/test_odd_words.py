@@ -9,7 +9,10 @@ import pytest
 from each import each_row
 from harness import CONFIG
 
-from mobile_robot_control.cli import experiment, simulate, study, tune
+from mobile_robot_control.experiment import command as experiment
+from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.search import command as tune
+from mobile_robot_control.studying import command as study
 
 LAW = """
 from typing import NamedTuple
@@ -32,7 +35,7 @@ TUNE = ['velocity', '--seed', '1', '--generations', '1', '--population', '5', '-
 
 
 def _simulated(environment):
-    return subprocess.run([sys.executable, '-m', 'mobile_robot_control.cli.simulate', *SHORT],
+    return subprocess.run([sys.executable, '-m', 'mobile_robot_control.runs.simulation', *SHORT],
                           env=os.environ | environment, capture_output=True, text=True, check=False)
 
 

@@ -5,20 +5,25 @@ import importlib
 import sys
 
 import pytest
+from commands import command_modules
 from each import each_row
 
-from mobile_robot_control import __version__
-from mobile_robot_control.cli import excite, experiment, report, simulate, study, tune
-from mobile_robot_control.cli.command_parser import make_parser, sources_of
-from mobile_robot_control.cli.main import make_main
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import configuration_text, load
-from mobile_robot_control.configuration.nodes import Configuration
+from mobile_robot_control.cli import make_main, make_parser, sources_of
+from mobile_robot_control.experiment import command as experiment
+from mobile_robot_control.experiment import excite
 from mobile_robot_control.experiment.folders import experiment_folders
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.parameters.requests import make_request
-from mobile_robot_control.tuning.searching import SearchRequest
-from mobile_robot_control.tuning.studying import StudyRequest
+from mobile_robot_control.report import reports as report
+from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.search import command as tune
+from mobile_robot_control.search.request import SearchRequest
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import configuration_text, load
+from mobile_robot_control.settings.nodes import Configuration
+from mobile_robot_control.studying import command as study
+from mobile_robot_control.studying.engine import StudyRequest
+from mobile_robot_control.version import __version__
 
 
 @each_row(('error', 'code', 'messages'), [
@@ -112,7 +117,7 @@ def test_an_unknown_robot_is_bad_usage_of_every_command(capsys, tmp_path, monkey
             ('simulate', '--duration 1'), ('experiment', '--duration 1 --output new'),
             ('tune', 'velocity --seed 1 --output new'), ('study', '--runs 1 --seed 1 --output new'),
             ('report', 'no_run --output new')):
-        module = importlib.import_module(f'mobile_robot_control.cli.{command}')
+        module = importlib.import_module(command_modules()[command])
         assert module.main([*words.split(), '--robot', 'chaptre']) == 2
         line, = capsys.readouterr().err.splitlines()
         assert line.startswith(f"{command}: --robot 'chaptre': there is no robot of this name; did you mean 'chapter'?")

@@ -7,7 +7,7 @@ import pytest
 from each import each_row
 
 from mobile_robot_control.control.approach import FACING, Approach, approach_step, stands_still
-from mobile_robot_control.control.latency import carried_forward
+from mobile_robot_control.control.compensation import carried_forward
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError
 from mobile_robot_control.reference.waiting import ALIGNED, NEAR

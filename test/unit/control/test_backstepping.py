@@ -6,11 +6,11 @@ import pytest
 from each import each_row
 from observation import ask
 
-from mobile_robot_control.configuration.configure import configure
 from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.backstepping import BacksteppingGains, lyapunov, lyapunov_rate
-from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.parameters.declaration import ParameterError, build
 from mobile_robot_control.quantities import TrackingError
+from mobile_robot_control.settings.configure import configure
 
 GAINS = BacksteppingGains(p=1.5, q=0.5, alpha=1.0, f=2.0, g=3.0)
 ERROR = TrackingError(0.3, -0.4, math.pi / 6)

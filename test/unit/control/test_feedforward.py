@@ -7,20 +7,19 @@ from each import each_row
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.control.feedforward import inverse_dynamics
+from mobile_robot_control.control.compensation import inverse_dynamics
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState, fed_step
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.dynamics import at_rest
 from mobile_robot_control.model.dynamics import step as move
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose
 from mobile_robot_control.reference.cart import Placement, accelerated_at, reference_at
 from mobile_robot_control.reference.course import CurveCourse, references_along
-from mobile_robot_control.reference.curve import CurvePoint
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.curves import CURVES, CurvePoint
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.nodes import NODES
 
 SPEEDS = st.floats(-3.0, 3.0)
 PLACED = Placement(scale=1.3, period=9.0, phase=0.2, center=(1.0, -2.0), rotation=0.7)

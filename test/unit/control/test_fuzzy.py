@@ -7,9 +7,8 @@ from each import each_row
 from observation import ask
 
 from mobile_robot_control.control import fuzzy
-from mobile_robot_control.control.fuzzy import surface
-from mobile_robot_control.control.membership import FuzzyGains, memberships
-from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface
+from mobile_robot_control.parameters.declaration import ParameterError, build
 
 # Z holds alone within 0.4, SP alone in [0.5, 1.9], GP alone from 2.0; every output has its own value
 GAINS = FuzzyGains(a=0.5, b=(0.5, 0.4, 1.0, 2.0, 1.9, 2.5), c=(-4.0, -1.0, 0.5, 2.0, 7.0), d=(-3.0, 0.25, 5.0))

@@ -11,7 +11,7 @@ from scipy.linalg import expm
 from mobile_robot_control.control import backstepping, hybrid_backstepping
 from mobile_robot_control.control.backstepping import BacksteppingGains
 from mobile_robot_control.control.hybrid_backstepping import HybridState, SeekingGains, fade_step
-from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.parameters.declaration import ParameterError, build
 
 BACKSTEPPING = BacksteppingGains(p=1.5, q=0.5, alpha=1.0, f=2.0, g=3.0)
 SEEKING = SeekingGains(b0=0.25, b1=1.25, seek_acceleration=0.5, seek_speed=1.0)

@@ -6,10 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.control.latency import NO_ODOMETRY, HeldOdometry, carried_forward, held_age, held_odometry
+from mobile_robot_control.control.compensation import (
+    NO_ODOMETRY,
+    HeldOdometry,
+    carried_forward,
+    held_age,
+    held_odometry,
+)
 from mobile_robot_control.quantities import BodyVelocity, Pose
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import configure
 
 SPEEDS = st.floats(-2.0, 2.0)
 

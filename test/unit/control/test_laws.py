@@ -14,17 +14,17 @@ from each import each_row
 from observation import observed
 
 import mobile_robot_control
-from mobile_robot_control.configuration.files import is_ros_parameter
-from mobile_robot_control.configuration.nodes import PositionControllerParameters
 from mobile_robot_control.control import fuzzy, hybrid_backstepping
 from mobile_robot_control.control.backstepping import BacksteppingGains
 from mobile_robot_control.control.bumpless_transfer import begin, change, step
-from mobile_robot_control.control.command_limits import Limits, limit_command
-from mobile_robot_control.control.feedforward import Feedforward
+from mobile_robot_control.control.compensation import Feedforward
 from mobile_robot_control.control.hybrid_backstepping import TRACKING, HybridState
 from mobile_robot_control.control.laws import BUILT_IN, LAWS, RESERVED, PositionControl, law_violations, select
+from mobile_robot_control.control.limits import Limits, limit_command
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference, TrackingError
+from mobile_robot_control.settings.files import is_ros_parameter
+from mobile_robot_control.settings.nodes import PositionControllerParameters
 
 DT = 0.05
 BRISK = PositionControl(backstepping=BacksteppingGains(p=2.0, q=1.0, f=4.0, g=3.0))
@@ -150,9 +150,9 @@ def test_a_law_is_one_file_and_one_line_in_the_package(tmp_path):
         return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=True, cwd=tmp_path,
                               env=os.environ | {'PYTHONPATH': str(tmp_path)}).stdout
 
-    done = run('-m', 'mobile_robot_control.cli.simulate', '--duration', '0.1', '--json', '-p',
+    done = run('-m', 'mobile_robot_control.runs.simulation', '--duration', '0.1', '--json', '-p',
                'position_controller.controller_type:=my_kanayama', '-p', 'position_controller.my_kanayama.p:=3.0')
     assert json.loads(done)['outcome'] == 'completed'
-    searches = run('-c', 'from mobile_robot_control.tuning.search_space import SEARCHES; print([*SEARCHES])')
+    searches = run('-c', 'from mobile_robot_control.search.space import SEARCHES; print([*SEARCHES])')
     before = [law.name for law in BUILT_IN]
     assert ast.literal_eval(searches) == ['velocity', *before[:3], 'my_kanayama', *before[3:]]

@@ -9,8 +9,8 @@ from each import each_row
 from observation import ask, observed
 
 from mobile_robot_control.control import dynamic_feedback_linearization, sliding_mode
+from mobile_robot_control.control.compensation import carried_forward
 from mobile_robot_control.control.dynamic_feedback_linearization import CompensatorState, LinearizingGains
-from mobile_robot_control.control.latency import carried_forward
 from mobile_robot_control.control.sliding_mode import SlidingGains, SlidingState, saturation
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import Pose

@@ -9,8 +9,18 @@ from observation import ask
 from scipy.linalg import expm, solve_discrete_are
 
 from mobile_robot_control.control import lqr
-from mobile_robot_control.control.lqr import SPEEDS, TURNS, LqrWeights, error_dynamics, feedback, prepare
-from mobile_robot_control.control.riccati import diagonal, optimal_feedback, riccati, solved
+from mobile_robot_control.control.lqr import (
+    SPEEDS,
+    TURNS,
+    LqrWeights,
+    diagonal,
+    error_dynamics,
+    feedback,
+    optimal_feedback,
+    prepare,
+    riccati,
+    solved,
+)
 
 WEIGHTS, DT = LqrWeights(q1=4.0, q2=30.0, q3=2.0), 0.01
 TABLE = prepare(WEIGHTS, DT)

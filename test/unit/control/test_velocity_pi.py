@@ -9,8 +9,13 @@ from each import each_row
 from scipy.integrate import solve_ivp
 
 from mobile_robot_control.control import velocity_pi
-from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
-from mobile_robot_control.control.velocity_stability import instability, slowest_stable_rate, spectral_radius
+from mobile_robot_control.control.velocity_pi import (
+    VelocityGains,
+    VelocityPiState,
+    instability,
+    slowest_stable_rate,
+    spectral_radius,
+)
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.robot import Robot

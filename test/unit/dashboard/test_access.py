@@ -4,7 +4,7 @@ import asyncio
 
 from each import each_row
 
-from mobile_robot_control.dashboard.access import AccessGate
+from mobile_robot_control.dashboard.server import AccessGate
 
 HERE = '127.0.0.1:8080'
 

@@ -3,11 +3,11 @@
 import asyncio
 from concurrent.futures import Future
 
-from mobile_robot_control.configuration.files import load
-from mobile_robot_control.configuration.nodes import Configuration
 from mobile_robot_control.dashboard.actions import Actions
 from mobile_robot_control.dashboard.recordings import save_parameters
 from mobile_robot_control.parameters.declaration import flatten
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.nodes import Configuration
 
 
 class Graph:

@@ -5,7 +5,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mobile_robot_control.dashboard.node_states import NodeStates
+from mobile_robot_control.dashboard.graph import NodeStates
 from mobile_robot_control.dashboard.sampling import COLUMNS, Sampler, message_text
 from mobile_robot_control.messages import writing
 from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque

@@ -11,7 +11,7 @@ from mobile_robot_control.dashboard import teaching as module
 from mobile_robot_control.dashboard.lesson_files import read_lessons
 from mobile_robot_control.dashboard.link import RunValues
 from mobile_robot_control.dashboard.teaching import LessonError, Robot, Teaching
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import ParameterError
 
 GOOD = {
     'title': 'A lesson', 'text': 'Words.', 'question': 'How far?', 'robots': ['chapter'], 'show': ['e1'],

@@ -8,16 +8,11 @@ from rcl_interfaces.msg import FloatingPointRange, ListParametersResult, Paramet
 from rcl_interfaces.msg import SetParametersResult as Result
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
 
-from mobile_robot_control.configuration.nodes import NODES
-from mobile_robot_control.dashboard.parameter_book import (
-    ParameterBook,
-    described_entry,
-    known_entries,
-    plain_value,
-)
+from mobile_robot_control.dashboard.parameter_book import ParameterBook, described_entry, known_entries, plain_value
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.ros.services.parameter_bridge import declare
+from mobile_robot_control.ros.parameters import declare
+from mobile_robot_control.settings.nodes import NODES
 
 TYPES = {bool: 1, int: 2, float: 3, str: 4, list: 8}
 

@@ -8,11 +8,12 @@ from bag_making import record
 from each import each_row
 from harness import CONFIG
 
-from mobile_robot_control.cli import experiment, report
-from mobile_robot_control.experiment import recorded_run
-from mobile_robot_control.experiment.result import ExperimentResult
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.experiment import command as experiment
+from mobile_robot_control.experiment import runner
+from mobile_robot_control.experiment.runner import ExperimentResult
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.report import reports as report
+from mobile_robot_control.runs.rollout import rollout
 
 
 @pytest.fixture
@@ -27,7 +28,7 @@ def ran(quick, monkeypatch):
         stop.requested = output.name == 'stopped'
         return ExperimentResult(*(('node_died', 'no answer') if output.name == 'broken' else ('completed', '')))
 
-    monkeypatch.setattr(recorded_run, 'run_experiment', run)
+    monkeypatch.setattr(runner, 'run_experiment', run)
     monkeypatch.setattr(experiment, 'Stop', lambda: SimpleNamespace(requested=False))
     return parameters_by_name
 
@@ -78,7 +79,7 @@ def test_no_run_starts_when_one_file_or_folder_is_refused_and_all_stay_as_they_w
 
 
 def test_a_refused_run_leaves_its_folder_as_it_was_and_those_of_the_runs_before_it(ran, tmp_path, monkeypatch, capsys):
-    run = recorded_run.run_experiment
+    run = runner.run_experiment
 
     def refuse_the_second(parameters, output, *arguments, **options):
         if ran:
@@ -86,7 +87,7 @@ def test_a_refused_run_leaves_its_folder_as_it_was_and_those_of_the_runs_before_
             raise ParameterError(['another node publishes'])
         return run(parameters, output, *arguments, **options)
 
-    monkeypatch.setattr(recorded_run, 'run_experiment', refuse_the_second)
+    monkeypatch.setattr(runner, 'run_experiment', refuse_the_second)
     out = tmp_path / 'out'
     (out / 'hybrid_backstepping').mkdir(parents=True)
     (out / 'hybrid_backstepping' / 'notes.txt').write_text('mine')

@@ -6,10 +6,10 @@ from xml.etree import ElementTree
 import pytest
 from each import each_row
 
-from mobile_robot_control.configuration.nodes import Configuration
-from mobile_robot_control.experiment import fastdds_profiles
+from mobile_robot_control.experiment import node_processes
 from mobile_robot_control.experiment.folders import experiment_folders
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.settings.nodes import Configuration
 
 
 def _held(output):
@@ -61,12 +61,12 @@ def _variables_after(monkeypatch, folder, given, implementation=FAST_DDS):
     """Return the variables of an environment in which the settings of Fast DDS were written to a folder."""
     with monkeypatch.context() as changed:
         changed.setattr(os, 'environ', dict(given))
-        changed.setattr(fastdds_profiles, 'get_rmw_implementation_identifier', lambda: implementation)
-        fastdds_profiles.use_fastdds_profiles(folder)
+        changed.setattr(node_processes, 'get_rmw_implementation_identifier', lambda: implementation)
+        node_processes.use_fastdds_profiles(folder)
         return os.environ
 
 
-@each_row('name', fastdds_profiles.PROFILES_VARIABLES)
+@each_row('name', node_processes.PROFILES_VARIABLES)
 def test_settings_of_fast_dds_in_a_file_that_the_user_has_named_stay_in_force(tmp_path, monkeypatch, name):
     given = LOCALHOST | {name: '/mine.xml'}
     assert _variables_after(monkeypatch, tmp_path, given) == given
@@ -84,7 +84,7 @@ def test_settings_of_fast_dds_in_a_file_that_the_user_has_named_stay_in_force(tm
 def test_otherwise_they_are_written_to_a_file_and_keep_discovery_on_this_machine_if_it_is(
         tmp_path, monkeypatch, given, implementation, is_local):
     variables = _variables_after(monkeypatch, tmp_path, given, implementation)
-    named, = variables.keys() & {*fastdds_profiles.PROFILES_VARIABLES}
+    named, = variables.keys() & {*node_processes.PROFILES_VARIABLES}
     assert variables.pop(named) == str(tmp_path / 'fastdds.xml')
     assert variables == ({'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SYSTEM_DEFAULT'} if is_local else given)
     settings = ElementTree.parse(tmp_path / 'fastdds.xml').getroot()  # noqa: S314 (our own file)

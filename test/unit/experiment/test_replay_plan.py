@@ -8,15 +8,14 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from each import each_row
 from rclpy.serialization import serialize_message
 
-from mobile_robot_control.cli import experiment
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import configuration_text
-from mobile_robot_control.configuration.sources import ParameterSources
+from mobile_robot_control.experiment import command as experiment
 from mobile_robot_control.experiment.replay_plan import compare_replay, plan_replay
 from mobile_robot_control.quantities import Push
-from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.recording.changes import Change
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.runs.bag_writer import BagWriter
+from mobile_robot_control.runs.mcap_stream import Change
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import ParameterSources, configure
+from mobile_robot_control.settings.files import configuration_text
 
 MS = 1_000_000
 TICK = 10 * MS

@@ -11,17 +11,17 @@ from measuring import configuration
 from PIL import Image
 
 from mobile_robot_control.figures.drawing import draw, draw_and_save
-from mobile_robot_control.pages import study_page
-from mobile_robot_control.pages.search_page import search_figure
-from mobile_robot_control.pages.study_page import StudiedRuns, starts_figure
+from mobile_robot_control.loop.monte_carlo import Judged
+from mobile_robot_control.loop.scenarios import Scenario
 from mobile_robot_control.quantities import Pose, WheelTorque
+from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.samples import collect
-from mobile_robot_control.simulation.rollout import rollout
-from mobile_robot_control.simulation.scenarios import Scenario
-from mobile_robot_control.tuning.monte_carlo import Judged
-from mobile_robot_control.tuning.search import Generation
-from mobile_robot_control.tuning.splits import Split
+from mobile_robot_control.search.page import search_figure
+from mobile_robot_control.search.search import Generation
+from mobile_robot_control.studying import page
+from mobile_robot_control.studying.failures import Split
+from mobile_robot_control.studying.page import StudiedRuns, starts_figure
 
 HISTORY = [Generation(1, 8.0, 20.0, 3), Generation(2, 6.5, math.nan, 41), Generation(3, 4.2, 9.0, 0)]
 UNKNOWN = WheelTorque(math.nan, math.nan)
@@ -96,7 +96,7 @@ def test_the_map_shows_how_runs_ended_and_where_most_fail(monkeypatch):
     near = Split('start_distance', 'above', 0.83, (10, 57), (2, 243), 0.001)
     heavy = Split('mass_factor', 'above', 1.1, (10, 57), (2, 243), 0.001)
     splits = iter((heavy, near))
-    monkeypatch.setattr(study_page, 'best_split', lambda scenarios, judged: next(splits))
+    monkeypatch.setattr(page, 'best_split', lambda scenarios, judged: next(splits))
     figure = draw(starts_figure({'a': studied(STARTS), 'b': studied(starts)}))
     assert [text.get_text() for text in figure.legends[0].get_texts()] == [
         'success', 'failure: too far away', 'failure: diverged', 'failure of the law']

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from mobile_robot_control.messages import parsing
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse
-from mobile_robot_control.recording.columns import READ
-from mobile_robot_control.ros.inputs.conversions import bytes_reader
+from mobile_robot_control.ros.conversions import bytes_reader
+from mobile_robot_control.runs.columns import READ
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 READERS = {**{topic: bytes_reader(ALL_LOOP_TOPICS[topic].kind, read) for topic, read in READ.items()},

@@ -9,8 +9,14 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.base import Base, base_violations, discretise_base, queue_length
-from mobile_robot_control.model.base_motion import base_at_rest, base_step
+from mobile_robot_control.model.base import (
+    Base,
+    base_at_rest,
+    base_step,
+    base_violations,
+    discretise_base,
+    queue_length,
+)
 from mobile_robot_control.model.events import periods
 from mobile_robot_control.model.kinematics import along_arc
 from mobile_robot_control.model.robot import Robot

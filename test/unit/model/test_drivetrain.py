@@ -5,20 +5,18 @@ import math
 import pytest
 from each import each_row
 
-from mobile_robot_control.model.actuators import Delay, empty_line
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.disturbance import Disturbance
-from mobile_robot_control.model.driven import driven_step, motorised_step
+from mobile_robot_control.model.driven import driven_step, is_uneventful, motorised_step, stands
 from mobile_robot_control.model.drivetrain import discretise_drivetrain, has_ideal_motors
 from mobile_robot_control.model.dynamics import PlantState, at_rest
 from mobile_robot_control.model.friction import Directions, Friction, released
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
-from mobile_robot_control.model.motors import Motor, MotorState, motors_at_rest
+from mobile_robot_control.model.motors import Delay, Motor, MotorState, empty_line, motors_at_rest
 from mobile_robot_control.model.plant import Imperfections, actuated_step
-from mobile_robot_control.model.prediction import is_uneventful, stands
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.model.wheels import Forcing
-from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.parameters.declaration import ParameterError, build
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 
 ROBOT, DT = Robot(), 0.002

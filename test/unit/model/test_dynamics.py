@@ -8,7 +8,7 @@ import pytest
 from each import each_row
 from scipy.linalg import expm
 
-from mobile_robot_control.model import coupled, dynamics
+from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
@@ -147,7 +147,7 @@ def test_the_coriolis_pair_follows_from_the_constraint_forces(v, omega):
 def test_long_periods_are_as_accurate_as_short_ones(dt):
     # the same 10 ms in one period or in many, to the accuracy that the method keeps
     torque, state = WheelTorque(2.0, -1.0), moving(2.0, 4.0, heading=0.3)
-    whole = coupled.advance(state.pose, state.velocity, torque, ROBOT, 0.01)
+    whole = dynamics.advance(state.pose, state.velocity, torque, ROBOT, 0.01)
     plant = discretise(ROBOT, dt, centripetal_coupling=True)
     for _ in range(round(0.01 / dt)):
         state = dynamics.step(state, torque, plant)

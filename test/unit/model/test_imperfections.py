@@ -7,9 +7,9 @@ import statistics
 import pytest
 from each import each_row
 
-from mobile_robot_control.model.actuators import Delay, delayed, empty_line
 from mobile_robot_control.model.disturbance import Disturbance, disturbed, with_push
 from mobile_robot_control.model.kinematics import wheel_velocity
+from mobile_robot_control.model.motors import Delay, delayed, empty_line
 from mobile_robot_control.model.noise import (
     Noise,
     gaussian,

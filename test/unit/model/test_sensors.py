@@ -9,18 +9,30 @@ from driving import DT, PERIOD, QUIET, ROBOT, TRUE_ANGLES, TRUE_ODOMETRY, drive,
 from each import each_row
 
 from mobile_robot_control.model.dynamics import PlantState, at_rest
-from mobile_robot_control.model.encoders import Encoders, WheelAngles, angle_velocity, encoder_angles, encoder_constants
 from mobile_robot_control.model.events import events_at, events_until, is_event
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.model.noise import Noise, measured_pose, measured_wheels, pose_variances, twist_variances
-from mobile_robot_control.model.odometry import Calibration, WheelOdometry, odometer_motion, wheel_slip
-from mobile_robot_control.model.sensor_constants import is_ideal, sensor_constants, sensor_violations
-from mobile_robot_control.model.sensor_covariance import (
+from mobile_robot_control.model.odometry import (
+    Calibration,
+    Encoders,
+    WheelAngles,
+    WheelOdometry,
+    angle_velocity,
+    encoder_angles,
+    encoder_constants,
+    odometer_motion,
+    wheel_slip,
+)
+from mobile_robot_control.model.sensors import (
+    advance_sensors,
+    is_ideal,
     sensed_pose_variances,
     sensed_twist_variances,
+    sensor_constants,
+    sensor_violations,
+    sensors_at_start,
     wheel_velocity_variance,
 )
-from mobile_robot_control.model.sensors import advance_sensors, sensors_at_start
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
 
 STRAIGHT = [BodyVelocity(0.5, 0.0)] * 1000

@@ -18,18 +18,16 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.discretisation import discretise, fading_response, held_response
 from mobile_robot_control.model.driven import eventful_step, motorised_step
 from mobile_robot_control.model.drivetrain import discretise_drivetrain
 from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.friction import Friction
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
-from mobile_robot_control.model.modes import Mode, Modes, mode_after
 from mobile_robot_control.model.motors import Motor, MotorState
-from mobile_robot_control.model.responses import fading_response, held_response
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.model.wheels import Forcing
-from mobile_robot_control.model.zeros import Watch, first_zero
+from mobile_robot_control.model.stick_slip import Watch, first_zero
+from mobile_robot_control.model.wheels import Forcing, Mode, Modes, mode_after
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 
 

@@ -3,11 +3,11 @@
 from each import each_row
 from measuring import configuration
 
-from mobile_robot_control.pages.answer import key_numbers, sentence
-from mobile_robot_control.runs.messages import Messages
+from mobile_robot_control.loop.indices import MEASURED, TRUE
+from mobile_robot_control.pages.page_parts import key_numbers, sentence
 from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.samples import Messages
 from mobile_robot_control.runs.series import Series
-from mobile_robot_control.simulation.metrics import MEASURED, TRUE
 
 WHOLE = {
     'outcome': 'completed', 'duration': 16.0, 'error': TRUE, 'rms_position_error': 0.009667,

@@ -11,12 +11,12 @@ from chapter_figures.structure_figures import STRUCTURE_FIGURES, rules
 from each import each
 from harness import CONFIG
 
-from mobile_robot_control.cli import simulate
-from mobile_robot_control.configuration.configure import configure
-from mobile_robot_control.configuration.files import load
 from mobile_robot_control.control.hybrid_backstepping import HybridState
 from mobile_robot_control.quantities import BodyVelocity
-from mobile_robot_control.tuning.search_space import search_genes
+from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.search.space import search_genes
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 
 RUNS = Runs(CONFIG)
 

@@ -8,11 +8,12 @@ from measuring import configuration
 from processes import wait_until
 from selenium.webdriver import ActionChains, Keys
 
-from mobile_robot_control.pages import report_writing
-from mobile_robot_control.runs.run import Event, Run
+from mobile_robot_control.report import report_writing
+from mobile_robot_control.runs.record import Event
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.runs.samples import collect
-from mobile_robot_control.simulation.rollout import rollout
 
 PHONE, DESKTOP, DURATION = 360, 1280, 4.0
 SECOND = 'a_second_run_with_a_name_of_some_length'

@@ -7,9 +7,9 @@ from each import each
 
 from mobile_robot_control.pages.metrics_table import metrics_table
 from mobile_robot_control.pages.page import html_table
-from mobile_robot_control.pages.readable import described_change, quantity, readable_unit
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.series import Series
+from mobile_robot_control.runs.words import described_change, quantity, readable_unit
 
 
 def table(*metrics):

@@ -8,17 +8,16 @@ import numpy as np
 import pytest
 from measuring import configuration
 
-from mobile_robot_control.figures.lines import Line
+from mobile_robot_control.figures.figure import Line
 from mobile_robot_control.figures.palette import LINES
-from mobile_robot_control.pages.chart_data import chart_data, deviation
+from mobile_robot_control.pages.page_parts import chart_data, deviation
 from mobile_robot_control.pages.replay_data import SHAPES, largest_since, replay_data
-from mobile_robot_control.pages.report_writing import step_note
-from mobile_robot_control.runs.messages import Messages
+from mobile_robot_control.report.report_writing import step_note
+from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES, PanelOf, difference, over_time, torque_limit
-from mobile_robot_control.runs.samples import collect
+from mobile_robot_control.runs.samples import Messages, collect
 from mobile_robot_control.runs.series import Series
-from mobile_robot_control.simulation.rollout import rollout
 
 LIMIT = {'plant': {'max_wheel_torque': 3.0}, 'velocity_controller': {'max_wheel_torque': 2.0}}
 PARAMETERS = configuration(plant={'duration': 1.0})

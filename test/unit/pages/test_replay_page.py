@@ -15,13 +15,14 @@ from PIL import Image
 from selenium.webdriver import ActionChains, Keys
 
 import mobile_robot_control as mrc
-from mobile_robot_control.pages import page, report_writing
-from mobile_robot_control.pages.readable import readable
+from mobile_robot_control.pages import page
+from mobile_robot_control.report import report_writing
+from mobile_robot_control.runs.metrics import summary
+from mobile_robot_control.runs.rollout import measure, rollout
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.runs.samples import collect
-from mobile_robot_control.simulation.metrics import summary
-from mobile_robot_control.simulation.rollout import measure, rollout
+from mobile_robot_control.runs.words import readable
 
 PHONE, DESKTOP, DURATION = 360, 1280, 2.0
 HOSTILE = '</script><img src=x onerror="window.hit=1">\u2028${1}'

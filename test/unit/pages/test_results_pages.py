@@ -17,10 +17,10 @@ from chapter_figures.runs import LAP, Runs, StepTick
 from each import each_row
 from harness import CONFIG
 
-from mobile_robot_control.configuration.robot_files import shipped_robots
+from mobile_robot_control.loop.closed_loop import PositionTick, Sample
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity
 from mobile_robot_control.runs.samples import collect
-from mobile_robot_control.simulation.closed_loop import PositionTick, Sample
+from mobile_robot_control.settings.configure import shipped_robots
 
 ROOT = Path(__file__).parents[3]
 RESULTS, README, ROBOTS = ((ROOT / page).read_text(encoding='utf-8')

@@ -7,9 +7,16 @@ from typing import Annotated, NamedTuple
 import pytest
 from each import each_row
 
-from mobile_robot_control.parameters.checking import ParameterError, build, rule
-from mobile_robot_control.parameters.declaration import INLINE, Field, declarations, flatten
-from mobile_robot_control.parameters.values import describe_bounds
+from mobile_robot_control.parameters.declaration import (
+    INLINE,
+    Field,
+    ParameterError,
+    build,
+    declarations,
+    describe_bounds,
+    flatten,
+    rule,
+)
 
 
 class Wheel(NamedTuple):

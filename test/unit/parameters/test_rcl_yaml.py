@@ -6,10 +6,10 @@ import rclpy
 from each import each_row
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.configuration.files import load, read_override
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.parameters.rcl_yaml import as_rcl, dump_yaml, parse_yaml
-from mobile_robot_control.ros.services.ros_arguments import check_ros_arguments
+from mobile_robot_control.ros.spin import check_ros_arguments
+from mobile_robot_control.settings.files import load, read_override
 
 WORDS = ['y', 'N', 'yes', 'off', 'tRue', '~', 'null', 'a text', '.', '2001-01-01', '=', '<<']
 NUMBERS = ['5', '+5', '-7', '0', '08', '017', '0o17', '1_0', '0b11', '0x1F', '0X1f', '0x', '0x1p3', '0x.8',

@@ -9,10 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mobile_robot_control.angles import wrap_angle
-from mobile_robot_control.parameters.checking import ParameterError, build
+from mobile_robot_control.parameters.declaration import ParameterError, build
 from mobile_robot_control.reference.cart import CurveParameters, Placement, accelerated_at, reference_at
-from mobile_robot_control.reference.curve import Curve, CurvePoint
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.curves import CURVES, Curve, CurvePoint
 
 
 def rounded_rectangle(s):

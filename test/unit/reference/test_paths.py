@@ -11,13 +11,12 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 from toppra_oracle import Oracle
 
-from mobile_robot_control.control.feedforward import inverse_dynamics
+from mobile_robot_control.control.compensation import inverse_dynamics
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.reference.joining import join, stop
-from mobile_robot_control.reference.path_grid import TooSharpError, lay_grid
 from mobile_robot_control.reference.path_parameters import Drive, PathParameters, PathRequest, Timing
-from mobile_robot_control.reference.path_shape import control_points, spans_of
+from mobile_robot_control.reference.path_shape import TooSharpError, control_points, lay_grid, spans_of
 from mobile_robot_control.reference.planned_path import plan, plan_spans
 from mobile_robot_control.reference.waypoints import checked_waypoints
 

@@ -5,7 +5,7 @@ import math
 import pytest
 from each import each_row
 
-from mobile_robot_control.parameters.checking import ParameterError
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.reference.waypoints import read_waypoints
 
 SQUARE = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0))

@@ -14,16 +14,15 @@ from each import each_row
 from nav_msgs.msg import Path
 from rclpy.serialization import serialize_message
 
-from mobile_robot_control.configuration.nodes import ReferenceCartParameters
 from mobile_robot_control.messages.parsing import has_no_poses
 from mobile_robot_control.messages.writing import path_message
 from mobile_robot_control.quantities import Pose
+from mobile_robot_control.ros import planning_process
 from mobile_robot_control.ros.nodes import cart_paths
-from mobile_robot_control.ros.nodes.cart_course import CartCourse
-from mobile_robot_control.ros.nodes.cart_paths import WallClockPaths
-from mobile_robot_control.ros.services import planning_process
-from mobile_robot_control.ros.services.path_planning import answer
-from mobile_robot_control.ros.services.planning_process import PlanningProcess
+from mobile_robot_control.ros.nodes.cart_paths import CartCourse, WallClockPaths
+from mobile_robot_control.ros.path_planning import answer
+from mobile_robot_control.ros.planning_process import PlanningProcess
+from mobile_robot_control.settings.nodes import ReferenceCartParameters
 
 TICK = 0.01
 STOP = serialize_message(Path())

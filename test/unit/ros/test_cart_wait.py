@@ -7,7 +7,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from each import each_row
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
-from mobile_robot_control.ros.clocks.cart_wait import CartWait
+from mobile_robot_control.ros.cart_time import CartWait
 
 
 class Cart:

@@ -6,8 +6,8 @@ import sys
 
 import pytest
 
-from mobile_robot_control.parameters.checking import ParameterError
-from mobile_robot_control.ros.services.environment import check_environment
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.ros.process import check_environment
 
 
 @pytest.fixture(autouse=True)

@@ -7,10 +7,10 @@ import types
 import pytest
 from each import each_row
 
-from mobile_robot_control.ros.inputs import input_monitor, input_validation
-from mobile_robot_control.ros.inputs.input_monitor import InputMonitor
-from mobile_robot_control.ros.inputs.input_validation import InputValidator
-from mobile_robot_control.ros.inputs.stamp_policy import LockstepStampPolicy
+from mobile_robot_control.ros import inputs as input_monitor
+from mobile_robot_control.ros import inputs as input_validation
+from mobile_robot_control.ros.inputs import InputMonitor, InputValidator
+from mobile_robot_control.ros.stamp_policy import LockstepStampPolicy
 
 
 @pytest.fixture

@@ -4,11 +4,10 @@ import types
 
 from each import each_row
 
-from mobile_robot_control.ros.clocks import lockstep
-from mobile_robot_control.ros.clocks.lockstep import LockstepDriver
-from mobile_robot_control.ros.inputs.input_validation import ValidInput
-from mobile_robot_control.ros.inputs.stamp_policy import StampDecision
-from mobile_robot_control.ros.inputs.table import Input
+from mobile_robot_control.ros import lockstep
+from mobile_robot_control.ros.inputs import ValidInput
+from mobile_robot_control.ros.lockstep import LockstepDriver
+from mobile_robot_control.ros.stamp_policy import Input, StampDecision
 
 D, P = 2, 10
 POSITION = {'odom': P, 'reference': P}

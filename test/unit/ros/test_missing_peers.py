@@ -2,9 +2,9 @@
 
 import types
 
-from mobile_robot_control.ros.clocks.stall_detector import StallDetector
-from mobile_robot_control.ros.services import publisher_watch
-from mobile_robot_control.ros.services.publisher_watch import PublisherWatch
+from mobile_robot_control.ros import peers
+from mobile_robot_control.ros.nodes.disturbance_input import StallDetector
+from mobile_robot_control.ros.peers import PublisherWatch
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 
@@ -40,7 +40,7 @@ class Graph:
 
 def test_a_plant_that_publishes_and_does_not_listen_is_named_after_a_while(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(publisher_watch.time, 'monotonic', lambda: now[0])
+    monkeypatch.setattr(peers.time, 'monotonic', lambda: now[0])
     graph = Graph()
     watch = PublisherWatch(graph, {}, LOOPS['torque'].listeners_of('velocity_controller'), 2.0)
     watch.look()

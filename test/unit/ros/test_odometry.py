@@ -9,12 +9,10 @@ import types
 import pytest
 from each import each_row
 
-from mobile_robot_control.configuration.shared import Shared
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference
-from mobile_robot_control.ros.inputs.odom_age import OdomAge, WallClockOdomAge
-from mobile_robot_control.ros.inputs.odom_conflict import contradicts
-from mobile_robot_control.ros.inputs.odom_twist import OdomTwist
-from mobile_robot_control.ros.nodes.plant_publishers import make_broadcaster
+from mobile_robot_control.ros.nodes.plant import make_broadcaster
+from mobile_robot_control.ros.odometry import OdomAge, OdomTwist, WallClockOdomAge, contradicts
+from mobile_robot_control.settings.nodes import Shared
 
 MS = 1_000_000
 POSE, VELOCITY = Pose(1.0, 2.0, 0.0), BodyVelocity(0.5, 0.1)

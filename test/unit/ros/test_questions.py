@@ -4,12 +4,11 @@ import types
 
 import pytest
 
-from mobile_robot_control.configuration.nodes import PlantParameters
-from mobile_robot_control.ros.clocks import questions
-from mobile_robot_control.ros.clocks.questions import QuestionDriver
-from mobile_robot_control.ros.clocks.run_control import LockstepRunControl
-from mobile_robot_control.ros.inputs.input_validation import ValidInput
-from mobile_robot_control.ros.inputs.stamp_policy import StampDecision
+from mobile_robot_control.ros import questions
+from mobile_robot_control.ros.inputs import ValidInput
+from mobile_robot_control.ros.questions import LockstepRunControl, QuestionDriver
+from mobile_robot_control.ros.stamp_policy import StampDecision
+from mobile_robot_control.settings.nodes import PlantParameters
 
 D, P = 2_000_000, 10_000_000
 

@@ -4,8 +4,8 @@ import types
 
 from each import each_row
 
-from mobile_robot_control.ros.clocks.questions import LockstepPacer
-from mobile_robot_control.ros.inputs.stamp_policy import (
+from mobile_robot_control.ros.questions import LockstepPacer
+from mobile_robot_control.ros.stamp_policy import (
     AnswerStampPolicy,
     LockstepStampPolicy,
     StampDecision,

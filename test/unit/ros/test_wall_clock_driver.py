@@ -4,10 +4,9 @@ import types
 
 import pytest
 
-from mobile_robot_control.ros.clocks.wall_clock import WallClockDriver
-from mobile_robot_control.ros.inputs.input_validation import ValidInput
-from mobile_robot_control.ros.inputs.stamp_policy import StampDecision
-from mobile_robot_control.ros.inputs.table import Input
+from mobile_robot_control.ros.inputs import ValidInput
+from mobile_robot_control.ros.stamp_policy import Input, StampDecision
+from mobile_robot_control.ros.wall_clock import WallClockDriver
 
 INPUTS = {
     'wheels': Input(None, 0, lambda values: values.longest),

@@ -13,13 +13,13 @@ from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from mobile_robot_control.api.loading import load
 from mobile_robot_control.identification.recorded import read_recorded
-from mobile_robot_control.recording.bag_writer import BagWriter
-from mobile_robot_control.recording.mcap_stream import BagError
 from mobile_robot_control.runs import bag
-from mobile_robot_control.runs.run import Event
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.runs.bag_writer import BagWriter
+from mobile_robot_control.runs.loading import load
+from mobile_robot_control.runs.mcap_stream import BagError
+from mobile_robot_control.runs.record import Event
+from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS
 
 

@@ -10,21 +10,21 @@ from harness import numbers_in
 from measuring import configuration, measured
 from processes import usage_of
 
-from mobile_robot_control.cli import report
 from mobile_robot_control.figures.drawing import draw
 from mobile_robot_control.messages import writing
-from mobile_robot_control.pages import report_writing
-from mobile_robot_control.pages.timing import timing_table
-from mobile_robot_control.recording.bag_writer import BagWriter
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.report import report_writing
+from mobile_robot_control.report import reports as report
+from mobile_robot_control.report.report_writing import timing_table
 from mobile_robot_control.runs.bag import choose_topics, read_bag
+from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.runs.errors import with_errors
 from mobile_robot_control.runs.reading import read_run
+from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.runs.samples import collect, samples_of
-from mobile_robot_control.simulation.rollout import rollout
 
 MS = 1_000_000
 PARAMETERS = configuration(position_controller={'controller_type': 'fuzzy'})
@@ -218,7 +218,7 @@ def test_poses_of_other_frames_are_told_of_and_those_of_other_times_have_no_erro
 @pytest.mark.timeout(900)
 def test_a_bag_of_ten_minutes_is_reported_within_a_minute_and_1_gb(tmp_path):
     path = record(tmp_path / 'bag', rollout(configuration(), 600.0))
-    seconds, megabytes = usage_of('-m', 'mobile_robot_control.cli.report', path, '--output', tmp_path / 'out')
+    seconds, megabytes = usage_of('-m', 'mobile_robot_control.report.reports', path, '--output', tmp_path / 'out')
     # of CPU, since the machine may be busy
     assert seconds < 60.0
     assert megabytes < 1000.0

@@ -12,13 +12,14 @@ from each import each_row
 from harness import numbers_in
 
 import mobile_robot_control as mrc
-from mobile_robot_control.cli import report, simulate
 from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.loop.metric_table import INDICES
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.quantities import WheelVelocity
 from mobile_robot_control.reference.cart import reference_at
+from mobile_robot_control.report import reports as report
+from mobile_robot_control.runs import simulation as simulate
 from mobile_robot_control.runs.run import COLUMNS
-from mobile_robot_control.simulation.metric_table import INDICES
 from mobile_robot_control.topics import LOOP_TOPICS
 
 FUZZY = str(Path(__file__).parents[3] / 'config' / 'fuzzy.yaml')

@@ -8,9 +8,9 @@ from measuring import configuration, measured
 from PIL import Image
 
 from mobile_robot_control.figures.drawing import draw
-from mobile_robot_control.figures.lines import Line, broken_at_jumps, thinned
-from mobile_robot_control.pages import animation
-from mobile_robot_control.pages.timing import (
+from mobile_robot_control.figures.figure import Line, broken_at_jumps, thinned
+from mobile_robot_control.report import animation
+from mobile_robot_control.report.report_writing import (
     TIMING_FIGURES,
     intervals,
     intervals_in_motion,
@@ -19,11 +19,10 @@ from mobile_robot_control.pages.timing import (
     timed,
     timing_table,
 )
-from mobile_robot_control.runs.messages import Messages
+from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.runs.run import Run
-from mobile_robot_control.runs.samples import collect
+from mobile_robot_control.runs.samples import Messages, collect
 from mobile_robot_control.runs.series import Series
-from mobile_robot_control.simulation.rollout import rollout
 
 WALL = 1_790_000_000_000_000_000
 

@@ -12,14 +12,12 @@ from measuring import configuration
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS, RefusedMessageError
 from mobile_robot_control.messages.types import Header, JointState
 from mobile_robot_control.quantities import WheelTorque
-from mobile_robot_control.recording.columns import READ
 from mobile_robot_control.runs.bag import stamped_by_receipt
+from mobile_robot_control.runs.columns import READ
 from mobile_robot_control.runs.errors import error_signal, with_errors
-from mobile_robot_control.runs.gaps import describe_gaps
-from mobile_robot_control.runs.messages import Messages
-from mobile_robot_control.runs.samples import collect, samples_of
-from mobile_robot_control.runs.series import Series, Signal, empty_signal
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.runs.samples import Messages, collect, samples_of
+from mobile_robot_control.runs.series import Series, Signal, describe_gaps, empty_signal
 from mobile_robot_control.topics import LOOP_TOPICS
 
 MS = 1_000_000

@@ -9,16 +9,16 @@ from each import each_row
 from harness import numbers_in
 from measuring import configuration, measured
 
-from mobile_robot_control.cli import report
-from mobile_robot_control.configuration.files import configuration_text
 from mobile_robot_control.figures.drawing import draw
+from mobile_robot_control.loop.metric_table import INDICES
 from mobile_robot_control.quantities import WheelTorque
-from mobile_robot_control.recording.csv_table import CSV_COLUMNS, Rows, write_csv
+from mobile_robot_control.report import reports as report
+from mobile_robot_control.runs.csv_table import CSV_COLUMNS, Rows, write_csv
+from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.runs.samples import collect
-from mobile_robot_control.simulation.metric_table import INDICES
-from mobile_robot_control.simulation.rollout import rollout
+from mobile_robot_control.settings.files import configuration_text
 
 pytestmark = pytest.mark.usefixtures('quick')
 

@@ -7,9 +7,9 @@ import pytest
 from harness import CONFIG
 
 import mobile_robot_control as mrc
-from mobile_robot_control.pages.report_writing import write_report
+from mobile_robot_control.report.report_writing import write_report
+from mobile_robot_control.report.twins import with_twins
 from mobile_robot_control.runs.series import Series, Signal
-from mobile_robot_control.runs.twins import with_twins
 
 WALL, WAITED = 1_790_000_000_000_000_000, 3_000_000_000
 FILE = CONFIG / 'wall_clock.yaml'

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from each import each_row
 
-from mobile_robot_control.experiment.evaluation import evaluate
-from mobile_robot_control.recording.bag_writer import BagWriter
+from mobile_robot_control.experiment.folders import evaluate
+from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.system.files import (
     METRICS,
     PARAMETER_FILE,

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from each import each_row
 
-from mobile_robot_control import web
+import mobile_robot_control
 from mobile_robot_control.figures import palette
-from mobile_robot_control.web.assets import asset, pack
+from mobile_robot_control.pages.page import asset, pack
 
 PAGE = '''<!DOCTYPE html><meta charset="utf-8"><style>{colours} body{{margin:0}}
 canvas{{display:block;width:700px;height:400px}}</style><canvas></canvas><script>{script}</script><script>
@@ -126,6 +126,6 @@ def test_numbers_are_little_endian_floats():
 def test_uplot_is_the_release_that_its_note_names():
     note = asset('uplot/README.md')
     for file in ('uPlot.iife.min.js', 'uPlot.min.css'):
-        content = (Path(web.__file__).parent / 'uplot' / file).read_bytes()
+        content = (Path(mobile_robot_control.__file__).parent / 'web' / 'uplot' / file).read_bytes()
         assert hashlib.sha256(content).hexdigest() in note, file
     assert 'MIT' in asset('uplot/LICENSE')

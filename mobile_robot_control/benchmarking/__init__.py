@@ -1,0 +1,1 @@
+"""The benchmark of laws, from its request to its page."""

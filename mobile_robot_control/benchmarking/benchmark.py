@@ -1,0 +1,136 @@
+"""`benchmark`: a fair table of laws, without files."""
+
+import tempfile
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from mobile_robot_control.benchmarking.engine import (
+    COLUMNS,
+    Benchmark,
+    BenchmarkRequest,
+    Done,
+    benchmark_values,
+    summary_lines,
+)
+from mobile_robot_control.parameters.requests import make_request
+from mobile_robot_control.runs.run import as_dataframe
+from mobile_robot_control.search.tune import refuse_files
+from mobile_robot_control.settings.configure import File, parameter_sources
+from mobile_robot_control.settings.provenance import call_text, provenance
+from mobile_robot_control.system.progress import tqdm
+
+if TYPE_CHECKING:
+    from mobile_robot_control.report.inline_page import InlinePage
+
+
+class Benchmarked(NamedTuple):
+    """
+    The result of a benchmark.
+
+    Attributes
+    ----------
+    values : dict of str to object
+        As `benchmark.json`, without its provenance.
+    provenance : dict of str to object
+        Call and versions that it was made with.
+    asked : Benchmark
+        What was asked for.
+    done : list
+        What was run, cell by cell.
+    """
+
+    values: dict[str, Any]
+    provenance: dict[str, Any]
+    asked: Benchmark
+    done: Done
+
+    def __repr__(self) -> str:
+        return '\n'.join(['<Benchmarked:', *(f'  {line}' for line in summary_lines(self.values))]) + '>'
+
+    @property
+    def results(self) -> list[dict[str, Any]]:
+        """A row for each law, track, seed and budget: ranks, success, numbers and gains."""
+        found: list[dict[str, Any]] = self.values['results']
+        return found
+
+    @property
+    def hash(self) -> str:
+        """Digits that change with tracks, seeds, gains and metrics, and with nothing else."""
+        return str(self.values['hash'])
+
+    def report(self, folder: File) -> 'InlinePage':
+        """
+        Write the files of the command `benchmark` into a folder, and return its page, which notebooks show.
+
+        Raises
+        ------
+        OSError
+            If they cannot be written.
+        """
+        from mobile_robot_control.benchmarking.command import write_benchmark  # noqa: PLC0415
+        from mobile_robot_control.report.inline_page import inline  # noqa: PLC0415
+
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        write_benchmark(Path(folder), self.asked, self.done, self.provenance)
+        return inline(Path(folder) / 'benchmark.html')
+
+    def to_dataframe(self) -> Any:
+        """Return `results` as a table of pandas; raise ModuleNotFoundError where that is not installed."""
+        return as_dataframe({name: [row[name] for row in self.results] for name in COLUMNS})
+
+
+def benchmark(
+    *files: File, laws: Collection[str] = (), tracks: Collection[File] = (), seed: int = 1,
+    budgets: Collection[int] = (), seeds: Collection[int] = (), tune: bool = True,
+    parameters: Mapping[str, object] | None = None, workers: int | None = None, progress: bool = False,
+    **options: object,
+) -> Benchmarked:
+    """
+    Compare position laws, as the command `benchmark` does: the same seed gives the same table.
+
+    Parameters
+    ----------
+    *files : path
+        ROS 2 parameter files on top of those of the tracks; later ones win.
+    laws : collection of str
+        Position laws; all, those that were registered too, if empty.
+    tracks : collection of (str or path)
+        Names, or files of your own; all of this package if empty.
+    seed : int
+        Of the scenarios, and of the searches.
+    budgets : collection of int
+        Candidates of each search; 500 if empty.
+    seeds : collection of int
+        Several seeds in place of one.
+    tune : bool
+        False takes gains as configured.
+    parameters : mapping of str to object or None
+        Values by ``NODE.PARAMETER``, which win over the files.
+    workers : int or None
+        Cores of this machine; all if None.
+    progress : bool
+        Whether to show a progress bar.
+    **options : object
+        Further options of the command, by their names with underscores, such as ``runs=20`` or ``scenarios=4``.
+
+    Returns
+    -------
+    Benchmarked
+        Ranks, numbers and gains.
+
+    Raises
+    ------
+    ParameterError
+        Naming every violation, with the remedy.
+    """
+    refuse_files(options)
+    asked = {'laws': laws or None, 'tracks': [str(track) for track in tracks] or None, 'seed': seed,
+             'budgets': budgets or None, 'seeds': seeds or None, 'tune': tune, 'workers': workers, **options}
+    sources = parameter_sources(files, None, parameters)
+    chosen = Benchmark(make_request(BenchmarkRequest, {'sources': sources, **asked}))
+    with (tempfile.TemporaryDirectory() as folder,
+          tqdm(total=chosen.rollouts, disable=not progress, unit='rollout') as bar):
+        done = chosen.run(Path(folder), bar.update, lambda: False)
+    made = provenance(call_text('benchmark', *files, parameters=parameters, **asked), None)
+    return Benchmarked(benchmark_values(chosen, done), made, chosen, done)

@@ -1,0 +1,144 @@
+"""
+The command `benchmark`: compare laws, each searched with one budget and judged in scenarios that no search saw.
+
+Add `--budgets 25 --scenarios 1 --runs 2` to try it.
+
+For example:
+  benchmark --laws kanayama ramsete lqr --tracks on_curve published --seed 1 --output runs/benchmark
+  benchmark --law test/plugins/klancar.py --laws klancar ramsete --tracks published --output runs/mine
+
+Files written to DIR:
+  benchmark.html  ranks on each track, a sortable table, paths and errors, failures, gains
+  benchmark.json, benchmark.csv
+                  the same numbers (docs/metrics.md#benchmarkjson)
+  cells           a file for each finished law, track and seed, from which --resume goes on
+
+Exit codes of --verify: 0 all repeated runs agree within 1e-9, 1 one differs.
+"""
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from mobile_robot_control.benchmarking.engine import (
+    Benchmark,
+    BenchmarkRequest,
+    Done,
+    benchmark_table,
+    benchmark_values,
+    summary_lines,
+)
+from mobile_robot_control.benchmarking.page import write_benchmark_page
+from mobile_robot_control.cli import make_main, make_parser, request_of
+from mobile_robot_control.parameters.declaration import Field, ParameterError
+from mobile_robot_control.settings.provenance import provenance
+from mobile_robot_control.system.files import write_atomically
+from mobile_robot_control.system.process import Interrupt
+from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.supervisor import leave_dds
+from mobile_robot_control.system.texts import printable
+
+CELLS = 'cells'
+"""The folder of what is done, within that of a benchmark."""
+
+
+class BenchmarkFiles(NamedTuple):
+    """Where the result of a benchmark goes."""
+
+    output: Annotated[str, Field('', 'folder for benchmark.html, benchmark.json, benchmark.csv, and for what is done '
+                                 'of them (cells)')]
+    resume: Annotated[bool, Field('', 'go on with what the folder holds; laws, tracks and seeds may be '
+                      'added')] = False
+    overwrite: Annotated[bool, Field('', 'replace a benchmark that the folder already holds')] = False
+    verify: Annotated[bool, Field('', 'repeat 12 drawn runs of the benchmark in the folder, with the same options, by '
+                                  'four nodes in lockstep; exit code 1 where one differs by more than 1e-9')] = False
+
+
+def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, command_line: str) -> int:
+    """Run a benchmark and write; return 0, or 1 after an interrupt."""
+    benchmark, folder = Benchmark(request), Path(files.output)
+    cells = folder / CELLS
+    held = [*cells.glob('*.json'), *cells.glob('*.journal')]
+    if held and not (files.resume or files.overwrite):
+        raise ParameterError([f'{folder}: holds a benchmark already; --resume goes on with it, --overwrite begins '
+                              'anew'])
+    if files.overwrite:
+        for file in held:
+            file.unlink()
+    begun = time.monotonic()
+    done = run_with_progress(benchmark, cells)
+    if len(done) < len(benchmark.cells):
+        print(f'benchmark: interrupted after {len(done)} of {len(benchmark.cells)} cells; --resume goes on',
+              file=sys.stderr)
+        return 1
+    values = write_benchmark(folder, benchmark, done, provenance(command_line, None), time.monotonic() - begun)
+    print(*summary_lines(values), sep='\n')
+    print(f'page: {printable(str((folder / "benchmark.html").resolve()))}')
+    return 0
+
+
+def run_with_progress(benchmark: Benchmark, cells: Path) -> Done:
+    """Run all cells with a progress bar until they are done or Ctrl-C is pressed."""
+    with Interrupt() as interrupt, tqdm(
+            total=benchmark.rollouts, disable=None, unit='rollout', unit_scale=True) as bar:
+        return benchmark.run(cells, bar.update, lambda: interrupt.requested)
+
+
+def write_benchmark(
+    folder: Path, benchmark: Benchmark, done: Done, made: Mapping[str, Any], seconds: float | None = None
+) -> dict[str, Any]:
+    """Write `benchmark.json`, `benchmark.csv` and `benchmark.html` into a folder; return the content of the first."""
+    values = benchmark_values(benchmark, done)
+    pictures: dict[str, dict[str, Any]] = {}
+    for cell, found in done:
+        pictures.setdefault(cell.track.name, {}).setdefault(cell.law, found['drawn'])
+    beside = {'seconds': seconds, 'provenance': made}
+    write_atomically(folder / 'benchmark.json', json.dumps({**values, **beside}, indent=1) + '\n')
+    write_atomically(folder / 'benchmark.csv', benchmark_table(values))
+    write_benchmark_page(folder / 'benchmark.html', values, pictures, made)
+    return values
+
+
+_DRAWN = 12
+
+
+def parser() -> argparse.ArgumentParser:
+    """Make the parser of `benchmark`."""
+    return make_parser('benchmark', __doc__, BenchmarkRequest, BenchmarkFiles)
+
+
+def _run(options: argparse.Namespace) -> int:
+    request, files = request_of(BenchmarkRequest, options), request_of(BenchmarkFiles, options)
+    return _verify(request, files) if files.verify else benchmark_into_files(request, files, options.command_line)
+
+
+def _verify(request: BenchmarkRequest, files: BenchmarkFiles) -> int:
+    """Repeat drawn runs over DDS; return the exit code."""
+    benchmark, folder = Benchmark(request), Path(files.output)
+    done = benchmark.held(folder / CELLS)
+    if not done:
+        raise ParameterError([f'{folder}: holds no benchmark with these options; run it first, without --verify'])
+    # imported late: no other use needs ROS 2
+    from mobile_robot_control.benchmarking.verifying import verify  # noqa: PLC0415
+    from mobile_robot_control.ros.process import Stop  # noqa: PLC0415
+
+    differing = verify(benchmark, done, folder, _DRAWN, Stop())
+    for text in differing:
+        print(f'benchmark: {text}', file=sys.stderr)
+    return 1 if differing else 0
+
+
+_main = make_main(parser, _run)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code, also where to leave DDS hangs."""
+    return leave_dds(int(_main(arguments)))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

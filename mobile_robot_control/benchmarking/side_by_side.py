@@ -1,0 +1,161 @@
+"""The cells of a benchmark, one after another, or side by side in processes of one core each."""
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_EXCEPTION, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+from typing import Any
+
+from mobile_robot_control.benchmarking.cell import Cell, run_cell, write_result
+from mobile_robot_control.loop.batch import Pool, end_with_parent
+from mobile_robot_control.loop.ticks import Form, form_of
+from mobile_robot_control.loop.workers import TrialRunner
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.system.process import LATE
+
+_POLL_PERIOD = 0.1
+"""[s] between two looks at the workers."""
+
+
+def run_cells(
+    cells: Sequence[Cell], run: TrialRunner, folder: Path, size: int, progress: Callable[[int], object],
+    stopped: Callable[[], bool],
+) -> None:
+    """
+    Run the cells that a folder does not hold, until stopped; each is written as soon as it is done.
+
+    Parameters
+    ----------
+    cells : sequence of Cell
+        In the order in which they run.
+    run : callable
+        Runs trials.
+    folder : Path
+        Holds results and journals.
+    size : int
+        How many rollouts a whole cell has.
+    progress : callable
+        Called with how many rollouts were done since the last time.
+    stopped : callable
+        Called before each generation; no further one begins if it returns True.
+    """
+    for cell in cells:
+        file, counted = cell.file(folder), 0
+        if not file.exists():
+            if stopped():
+                break
+
+            def count(rollouts: int) -> None:
+                nonlocal counted
+                counted += rollouts
+                progress(rollouts)
+
+            done = run_cell(cell, run, file, count, stopped)
+            if done is None:
+                break
+            write_result(file, done)
+        # also of a cell after whose last line the program was killed
+        file.with_suffix('.journal').unlink(missing_ok=True)
+        # the bar ends where all cells do, whatever one has left out
+        progress(size - counted)
+
+
+def run_side_by_side(
+    cells: Sequence[Cell], workers: int, folder: Path, size: int, progress: Callable[[int], object],
+    stopped: Callable[[], bool],
+) -> None:
+    """
+    Run cells as `run_cells` does, in so many processes.
+
+    Raises
+    ------
+    Exception
+        That of a cell, as `run_cells` does; the others end before their next generation.
+    ChildProcessError
+        If a process was killed.
+    """
+    # forks know laws that were registered by hand, and import no script again; all begin before the executor's threads
+    context = multiprocessing.get_context('fork')
+    counted, stopping, shown = context.Value('q'), context.RawValue('b', stopped()), 0
+    with ProcessPoolExecutor(workers, context, _begin, (Pool(1), counted, stopping)) as executor:
+        parts = [executor.submit(_run_part, part, folder, size) for part in _parts(cells, workers)]
+        try:
+            while wait(parts, _POLL_PERIOD, FIRST_EXCEPTION).not_done and not any(map(_has_failed, parts)):
+                stopping.value = stopped()
+                # read without its lock, which a killed process may hold
+                shown, before = counted.get_obj().value, shown
+                progress(shown - before)
+        finally:
+            # parts that have not begun end at once, too
+            stopping.value = True
+    progress(counted.get_obj().value - shown)
+    try:
+        # an error of a cell before the ends of those that were broken off
+        for part in sorted(parts, key=lambda part: isinstance(part.exception(), BrokenProcessPool)):
+            part.result()
+    except BrokenProcessPool as error:
+        # those that ended late have done so by themselves
+        if stopped():
+            return
+        raise ChildProcessError('a process of cells was killed, perhaps for lack of memory; go on with fewer --workers'
+                                ) from error
+
+
+def _has_failed(part: 'Future[None]') -> bool:
+    return part.done() and part.exception() is not None
+
+
+def _parts(cells: Sequence[Cell], workers: int) -> list[list[Cell]]:
+    """Divide cells into parts with the same compiled rollout; the longest first, so that all workers end together."""
+    alike: dict[Any, list[Cell]] = {}
+    for cell in cells:
+        alike.setdefault((cell.law, _form(cell)), []).append(cell)
+    most = -(-len(cells) // workers)
+    return sorted((group[n:n + most] for group in alike.values() for n in range(0, len(group), most)),
+                  key=len, reverse=True)
+
+
+def _form(cell: Cell) -> Form | None:
+    try:
+        return form_of(cell.configuration())
+    except ParameterError:  # the reason becomes the cell's result
+        return None
+
+
+_shared: list[Any] = []
+"""In a worker: its pool, the counter of rollouts, and whether to stop."""
+
+
+def _begin(*shared: Any) -> None:
+    """Prepare a worker, which ends with its parent, even if that is killed: another one may go on with its journals."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    _shared[:] = shared
+    for end in (end_with_parent, _end_late):
+        threading.Thread(target=end, daemon=True).start()
+
+
+def _end_late() -> None:
+    """End a worker whose generation takes long after all were told to stop: its journal has the ones before."""
+    stopping = _shared[2]
+    while not stopping.value:
+        time.sleep(_POLL_PERIOD)
+    time.sleep(LATE)
+    os._exit(1)
+
+
+def _run_part(cells: Sequence[Cell], folder: Path, size: int) -> None:
+    """Run cells in a worker."""
+    pool, counted, stopping = _shared
+
+    def count(rollouts: int) -> None:
+        with counted.get_lock():
+            counted.value += rollouts
+
+    run_cells(cells, pool, folder, size, count, lambda: bool(stopping.value))

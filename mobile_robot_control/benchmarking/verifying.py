@@ -1,0 +1,123 @@
+"""Runs of a benchmark done again by the four nodes over DDS, and compared number by number."""
+
+import json
+import math
+import random
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from mobile_robot_control.benchmarking.cell import Cell, gains_of, with_gains
+from mobile_robot_control.benchmarking.engine import Benchmark, Done
+from mobile_robot_control.experiment.folders import experiment_folders
+from mobile_robot_control.experiment.node_processes import START
+from mobile_robot_control.experiment.runner import run_experiment
+from mobile_robot_control.loop.closed_loop import Sample
+from mobile_robot_control.loop.scenarios import Scenario, scenario_configuration, scenario_trial
+from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.ros.process import Stop, check_environment
+from mobile_robot_control.runs.bag import read_bag
+from mobile_robot_control.runs.rollout import trial_rollout
+from mobile_robot_control.settings.nodes import Configuration
+from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.supervisor import Supervisor
+
+WITHIN = 1e-9
+"""Largest difference, of values above 1 as a share of them."""
+_PATIENCE = 20.0
+
+
+class DrawnRun(NamedTuple):
+    """A run that is repeated: its cell, the number of its scenario from 0 on, and its RMS error in the table [m]."""
+
+    cell: Cell
+    number: int
+    rms: float
+    configuration: Configuration
+    scenario: Scenario
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        return f'{self.cell.law} on {self.cell.track.name}, seed {self.cell.seed}, run {self.number + 1}'
+
+
+def drawn_runs(benchmark: Benchmark, done: Done, count: int) -> Iterator[DrawnRun]:
+    """Yield runs of a benchmark, drawn by its first seed among those that were complete."""
+    rng = random.Random(benchmark.seeds[0])  # noqa: S311 (a draw that can be repeated)
+    known = [(cell, found['results'][-1]) for cell, found in done if not found['results'][-1]['reason']]
+    places = range(len(known) * benchmark.request.runs)
+    for place in rng.sample(places, len(places)):
+        cell, result = known[place // benchmark.request.runs]
+        number = place % benchmark.request.runs
+        rms = result['rms_position_error'][number]
+        configuration = with_gains(cell.configuration(), gains_of(cell, result))
+        scenario = cell.drawn('judging', configuration, cell.runs)[number]
+        # nodes that know another mass would time the path by it
+        if rms is None or (scenario.curve == PATH and scenario.mass != 1.0):
+            continue
+        if not count:
+            return
+        count -= 1
+        yield DrawnRun(cell, number, rms, configuration, scenario)
+
+
+def _numbers(sample: Sample) -> tuple[float, ...]:
+    """Return what the topics carry at a time; the heading stands in the error."""
+    tick = sample.tick
+    return (sample.time, *sample.command, *sample.torque, *sample.wheels, *tick.pose[:2], *tick.velocity, *tick.error)
+
+
+def _apart(ours: float, theirs: float) -> bool:
+    if math.isnan(ours) or math.isnan(theirs):
+        return math.isnan(ours) != math.isnan(theirs)
+    return abs(ours - theirs) > WITHIN * max(1.0, abs(theirs))
+
+
+def difference(run: DrawnRun, folder: Path, stop: Stop) -> str:
+    """Do a run again with four nodes in lockstep; return in what it differs, '' where in nothing."""
+    laps = run.cell.track.parameters.laps
+    trial = scenario_trial(run.configuration, run.scenario, laps, 0.75 * laps)
+    expected = list(trial_rollout(trial, run.configuration))
+    squares = [error.longitudinal**2 + error.lateral**2 for one in expected[:-1] if one.tick.time == one.time
+               for error in [one.truth.error if one.truth else one.tick.error]]
+    rms = math.sqrt(math.fsum(squares) / len(squares))
+    if _apart(rms, run.rms):
+        return f'its RMS error is {rms!r} m, and {run.rms!r} m in the table'
+    told, recorded = _recorded(run, trial.steps / run.configuration.plant.shared.velocity_rate, folder, stop)
+    for ours, theirs in zip(recorded, expected, strict=False):
+        if any(map(_apart, _numbers(ours), _numbers(theirs))):
+            return f'at t = {theirs.time:g} s: {_numbers(ours)} in place of {_numbers(theirs)}'
+    if told or stop.requested or len(recorded) == len(expected):
+        return told
+    return f'only {len(recorded)} of {len(expected)} samples were recorded'
+
+
+def _recorded(run: DrawnRun, duration: float, folder: Path, stop: Stop) -> tuple[str, list[Sample]]:
+    """Run four nodes for a time [s]; return why they failed, and the samples."""
+    varied = scenario_configuration(run.configuration, run.scenario)
+    parameters = varied._replace(plant=varied.plant._replace(duration=duration, real_time_factor=0.0))
+    check_environment(folder / 'log')
+    with (experiment_folders({folder: parameters}, True) as unused, Supervisor(max(_PATIENCE, START)) as supervisor,
+          tqdm(total=duration, disable=True) as bar):
+        result = run_experiment(parameters, folder, '/', composed=False, patience=_PATIENCE, stop=stop, bar=bar,
+                                supervisor=supervisor)
+        unused.remove(folder)
+    if result.outcome != 'completed' or result.reason:
+        return f'{result.outcome}: {result.reason}', []
+    return '', read_bag(folder / 'bag').samples
+
+
+def verify(benchmark: Benchmark, done: Done, folder: Path, count: int, stop: Stop) -> list[str]:
+    """Repeat drawn runs; return those that differ, in words, and write all into `verified.json`."""
+    told: list[dict[str, str]] = []
+    differing: list[str] = []
+    for n, run in enumerate(drawn_runs(benchmark, done, count), 1):
+        found = difference(run, folder / 'verified' / f'run_{n}', stop)
+        if stop.requested:
+            return [*differing, 'interrupted']
+        told.append({'run': run.name, 'difference': found})
+        print(f'{run.name}: {found or f"the same within {WITHIN:g}"}', flush=True)
+        differing += [f'{run.name}: {found}'] if found else []
+    (folder / 'verified.json').write_text(json.dumps(told, indent=2) + '\n', encoding='utf-8')
+    return differing if told else ['there is no run to repeat']

@@ -1,0 +1,165 @@
+"""What the page publishes: pushes on the simulated robot, and drawn paths, planned for a preview."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Future
+from typing import Any
+
+from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
+from nav_msgs.msg import Path
+from rclpy.node import Node
+
+from mobile_robot_control.dashboard.parameter_book import ParameterBook
+from mobile_robot_control.dashboard.service_calls import NoAnswerError
+from mobile_robot_control.messages.writing import path_message
+from mobile_robot_control.parameters.declaration import build, declarations
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.reference.cart import Placement
+from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.path_parameters import NO_FILE
+from mobile_robot_control.reference.planned_path import plan
+from mobile_robot_control.reference.waypoints import checked_waypoints
+from mobile_robot_control.ros.qos import LATCHED, PUBLISHED
+from mobile_robot_control.settings.nodes import ReferenceCartParameters, path_request
+from mobile_robot_control.topics import DISTURBANCE, PATH_TOPIC
+
+DISTURBANCES = {'ArrowUp': (0.25, 0.0), 'ArrowDown': (-0.25, 0.0), 'ArrowLeft': (0.0, 1.5), 'ArrowRight': (0.0, -1.5)}
+"""By key: changes of the velocity [m/s] and the yaw rate [rad/s]."""
+_PATIENCE = 3.0
+"""[s] of wall time to discover the plant."""
+
+
+class Disturbances:
+    """
+    Publishes pushes; the plant accepts only one publisher, so it is made at the first push.
+
+    Parameters
+    ----------
+    node : Node
+        Node of the publisher.
+    book : ParameterBook
+        Provides mass, inertia and rate.
+
+    """
+
+    def __init__(self, node: Node, book: ParameterBook) -> None:
+        self._node, self._book = node, book
+        self._publisher: Any = None
+        self._waiting: list[tuple[float, Any, Future[str]]] = []
+
+    def push(self, key: str) -> Future[str]:
+        """Push the robot; the future has a text, or NoAnswerError."""
+        done: Future[str] = Future()
+        names = ('robot.mass', 'robot.inertia', 'velocity_rate')
+        mass, inertia, rate = (self._book.value('plant', name) for name in names)
+        if not all(isinstance(number, float) for number in (mass, inertia, rate)):
+            done.set_exception(NoAnswerError('there is no simulated plant to push; start one'))
+            return done
+        faster, turning = DISTURBANCES[key]
+        # held over one step of the velocity grid: F = m Δv / dt; stamp 0 means the next step
+        push = WrenchStamped(wrench=Wrench(force=Vector3(x=mass * faster * rate),
+                                           torque=Vector3(z=inertia * turning * rate)))
+        push.header.frame_id = self._book.value('plant', 'base_frame_id', '')
+        if self._publisher is None:
+            self._publisher = self._node.create_publisher(WrenchStamped, DISTURBANCE, PUBLISHED)
+        self._waiting.append((time.monotonic() + _PATIENCE, push, done))
+        self.look()
+        return done
+
+    def look(self) -> None:
+        """Publish pushes that wait for the discovery of the plant."""
+        if not self._waiting:
+            return
+        if self._publisher.get_subscription_count() > 0:
+            for _, push, done in self._waiting:
+                self._publisher.publish(push)
+                done.set_result('')
+            self._waiting.clear()
+        elif time.monotonic() > self._waiting[0][0]:
+            _, _, done = self._waiting.pop(0)
+            done.set_exception(NoAnswerError(f'nothing takes {DISTURBANCE}; only a simulated plant can be pushed'))
+
+
+Point = tuple[float, float]
+MOST = 2000
+"""Most points of a drawn path."""
+_SHOWN = 400
+_STRAIGHT = 0.1
+"""[1/m]: a smaller curvature counts as none."""
+
+
+def on_a_path(values: Mapping[str, Any], limits: Mapping[str, float]) -> dict[str, Any]:
+    """Return the changes of the cart's parameters for paths with limits of `timing`."""
+    wanted: dict[str, Any] = {'curve': PATH, **Placement()._asdict(), **limits}
+    wanted['center'] = list(wanted['center'])
+    return {name: value for name, value in wanted.items() if name in values and values[name] != value}
+
+
+def planned(values: Mapping[str, Any], points: Sequence[Point], limits: Mapping[str, float]) -> dict[str, Any]:
+    """
+    Plan a path from rest to rest.
+
+    Parameters
+    ----------
+    values : mapping of str to object
+        Of the reference cart.
+    points : sequence of (float, float)
+        Waypoints [m].
+    limits : mapping of str to float
+        Parameters of `timing` that replace the cart's.
+
+    Returns
+    -------
+    dict of str to object
+        `x`, `y` [m] and `speed` [m/s] of points along it, `limit` and `bends` (whether it bends there); `duration` [s],
+        `length` [m], and `active`, the share of the time in which each limit is active.
+
+    Raises
+    ------
+    ParameterError
+        If it is infeasible.
+
+    """
+    known = {name: value for name, value in values.items() if name in declarations(ReferenceCartParameters)}
+    cart = build(ReferenceCartParameters, known | on_a_path(known, limits) | {'path.file': NO_FILE})
+    waypoints = checked_waypoints([(f'point {n}', point) for n, point in enumerate(points, start=1)], 'the path')
+    course = plan(path_request(cart, waypoints))
+    count = len(course.limit)
+    shown = sorted({n * (count - 1) // (_SHOWN - 1) for n in range(_SHOWN)})
+    poses = [course.reference(float(course.times[n])).pose for n in shown]
+    return {'x': [round(pose.x, 4) for pose in poses], 'y': [round(pose.y, 4) for pose in poses],
+            'speed': [round(float(course.speeds[n]), 4) for n in shown],
+            'limit': [course.limit[n] for n in shown],
+            'bends': [bool(abs(course.grid.curvature[n]).max() > _STRAIGHT) for n in shown],
+            'duration': course.period, 'length': course.length, 'active': course.shares()}
+
+
+def start_of(points: Sequence[Point]) -> list[float]:
+    """Return the pose [m, m, rad] at the first point, directed to the second."""
+    (x, y), (ahead, left) = points[:2]
+    return [x, y, math.atan2(left - y, ahead - x)]
+
+
+class PathSender:
+    """
+    Publishes paths, also for a cart that comes later.
+
+    Parameters
+    ----------
+    node : Node
+        Node of the publisher, which is made at the first path.
+
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._publisher: Any = None
+
+    def send(self, points: Sequence[Point], frame: str) -> None:
+        """Publish a path [m] in a frame."""
+        if self._publisher is None:
+            self._publisher = self._node.create_publisher(Path, PATH_TOPIC, LATCHED)
+        self._publisher.publish(path_message(frame, [Pose(x, y, 0.0) for x, y in points]))

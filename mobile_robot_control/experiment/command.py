@@ -1,0 +1,100 @@
+"""
+The command `experiment`: run the four nodes over DDS, record every topic, measure and draw.
+
+In lockstep a run takes its duration at wall speed; add `-p plant.real_time_factor:=0.0` to run as fast as
+possible. With `config/wall_clock.yaml` the nodes run on the wall clock. The robot starts as in `simulate`.
+
+For example:
+  experiment --duration 16 --params-file config/fuzzy.yaml --output runs/fuzzy
+  experiment --duration 16 --output runs/fast --composed --no-report -p plant.real_time_factor:=0.0
+  experiment --duration 16 --output runs/two --compare config/backstepping.yaml config/fuzzy.yaml
+  experiment --replay runs/fast --output runs/again --composed --no-report -p plant.real_time_factor:=0.0
+
+Files written to DIR, or with --compare to DIR/NAME for each file and a report for all to DIR:
+  bag/             every topic of the namespace, mcap
+  parameters.yaml  all parameters of the run with its start pose, headed by the robot of --robot
+  metrics.json     the metrics, which --json prints instead of a sentence (docs/metrics.md#metricsjson)
+  report.html, report.json, figures/
+                   as of `report`
+  log/             output of each node; the Fast DDS settings of the run; ROS's own log files where it
+                   cannot write them (ROS_LOG_DIR, ROS_HOME, HOME)
+
+With --compare, a file whose NAME would be `..` or that of another file in DIR is refused.
+
+When a node dies, hangs or refuses its parameters, the experiment ends with exit code 1 and its name; when
+the disk is full, with the name of the file. The recording is complete up to there: a run in lockstep waits
+for its recorder, however busy the machine is. The bag is written every half second, so that even after
+`kill -9` it is readable up to there. Another process watches: when ROS 2 hangs in a library, as it may
+without memory, it kills the experiment after --patience, at least 30 s, or 20 s after Ctrl-C or SIGTERM.
+
+A refused experiment, such as one beside another robot on the same topics, leaves DIR as it was. With
+--overwrite the old run lies in DIR/.replaced until the new one has run.
+
+--replay is described in docs/usage.md#repeat-a-run.
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+from mobile_robot_control.cli import make_main, make_parser, request_of
+from mobile_robot_control.experiment.experiment import ExperimentRequest, Experiments, Performed
+from mobile_robot_control.parameters.declaration import Field, ParameterError
+from mobile_robot_control.ros.process import Stop
+from mobile_robot_control.runs.words import run_sentence
+from mobile_robot_control.system.supervisor import leave_dds
+from mobile_robot_control.system.texts import printable
+
+
+class _Output(NamedTuple):
+    """How the result is told."""
+
+    json: Annotated[bool, Field('', 'print the metrics as one JSON object')] = False
+
+
+def parser() -> argparse.ArgumentParser:
+    """Make the parser of `experiment`."""
+    # before all else: a signal is not lost
+    stop = Stop()
+    made = make_parser('experiment', __doc__, ExperimentRequest, _Output)
+    made.set_defaults(stop=stop)
+    return made
+
+
+def _run(options: argparse.Namespace) -> int:
+    request, output = request_of(ExperimentRequest, options), request_of(_Output, options)
+    if output.json and request.compare:
+        raise ParameterError(['--json is not allowed with --compare, whose metrics are in report.json'])
+    experiments, folder = Experiments(request, options.command_line, options.stop), printable(
+        str(Path(request.output).resolve()))
+    if request.compare:
+        reasons = experiments.compare()
+        print(f'all runs and the report over them: {folder}')
+        return 1 if reasons else 0
+    performed = experiments.run()
+    result = performed.result
+    print(json.dumps(performed.metrics, indent=2) if output.json else f'{_sentence(performed)}.')
+    if result.reason or result.outcome == 'interrupted':
+        print(f'experiment: {result.reason or "interrupted"}', file=sys.stderr)
+    if not output.json:
+        print(f'{"bag, metrics and report" if request.report else "bag and metrics"}: {folder}')
+    return 0 if result.outcome == 'completed' and not result.reason else 1
+
+
+def _sentence(performed: Performed) -> str:
+    return run_sentence(performed.metrics, performed.parameters, not performed.parameters.plant.shared.lockstep)
+
+
+_main = make_main(parser, _run)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit code, also where to leave DDS hangs, as it may where many processes end."""
+    return leave_dds(int(_main(arguments)))
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,129 @@
+"""The page of an identification: the quality of the model's prediction, its numbers, and open questions."""
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+
+from mobile_robot_control.figures.drawing import draw
+from mobile_robot_control.figures.figure import COMMAND, VALUE, Curve, Figure, Floats, Line, Panel, plane
+from mobile_robot_control.figures.palette import as_svg
+from mobile_robot_control.identification.result import Identification, Parameter, Prediction, drive_of
+from mobile_robot_control.pages import page
+
+_MOST_POINTS = 1500
+_SHOWN = 30.0
+"""[s] of the held-out part in the figures."""
+_LAGS = 40
+
+
+def answer(found: Identification) -> str:
+    """Return the quality of the model's prediction in a sentence."""
+    v, omega = found.errors['held_out']
+    usual = np.sqrt(np.nanmean(np.concatenate([one.measured for one in found.predictions]) ** 2, axis=0))
+    return (f'The model of a robot that takes {drive_of(found)} foretells the part of the recording that it has not '
+            f'seen to {100.0 * v:.2g} cm/s and {omega:.2g} rad/s RMS, '
+            f'{_share(v, usual[0])} of the usual speed and {_share(omega, usual[1])} of the usual turn rate; '
+            f'{len(found.parameters)} parameters are written.')
+
+
+def _share(value: float, whole: float) -> str:
+    return f'{value / whole:.1%}' if whole > 0.0 else 'none'
+
+
+def _thin(times: Floats, values: Floats) -> Line:
+    step = max(1, times.size // _MOST_POINTS)
+    return Line(times[::step], values[::step])
+
+
+def _figures(one: Prediction, residuals: Floats) -> list[Figure]:
+    part = (one.times > one.held_out) & (one.times < one.held_out + _SHOWN)
+    velocities = Figure(
+        'velocities', 'Held-out part: velocities', 'Measured, and predicted by the model from commands or torques '
+        'alone, for the part held out of the fit.', ('measured', 'modelled'), tuple(
+            Panel(name, name, unit, (
+                Curve(VALUE, 0, '', _thin(one.times[part], one.measured[part, n])),
+                Curve(VALUE, 1, '', _thin(one.times[part], one.modelled[part, n]))))
+            for n, (name, unit) in enumerate((('v', 'm/s'), ('ω', 'rad/s')))), 5.0, 11.0)
+    path = Figure(
+        'path', 'Held-out part: path', 'Both begin at the same pose; errors of the heading add up.',
+        ('measured', 'modelled'),
+        (plane('path', [Curve(VALUE, 0, '', Line(*one.measured_path[:, :2].T)),
+                        Curve(VALUE, 1, '', Line(*one.modelled_path[:, :2].T))]),), 5.0)
+    left = one.measured - one.modelled
+    errors = Figure(
+        'errors', 'Residuals', 'Measured less modelled, over the whole recording.', ('residual',), tuple(
+            Panel(name, name, unit, (Curve(VALUE, 0, '', _thin(one.times, left[:, n])),))
+            for n, (name, unit) in enumerate((('v', 'm/s'), ('ω', 'rad/s')))), 5.0)
+    count = residuals.shape[0]
+    bound = 1.96 / np.sqrt(count)
+    lags = np.arange(1.0, _LAGS + 1.0)
+    correlation = Figure(
+        'correlation', 'Correlation of the residuals', 'Of the residuals without their modelled noise, so many samples '
+        'apart; within the dotted lines it is chance.', ('correlation',), tuple(
+            Panel(name, name, '', (
+                Curve(COMMAND, 0, 'chance', Line(lags[[0, -1]], np.full(2, bound))),
+                Curve(COMMAND, 0, '', Line(lags[[0, -1]], np.full(2, -bound))),
+                Curve(VALUE, 0, '', Line(lags, np.array([
+                    float(np.mean(residuals[lag:, n] * residuals[:-lag, n]) / np.mean(residuals[:, n] ** 2))
+                    for lag in range(1, _LAGS + 1)])))), 'samples') for n, name in enumerate(('v', 'ω'))), 5.0)
+    return [velocities, path, errors, correlation]
+
+
+def _listed(texts: Sequence[str]) -> str:
+    items = ''.join(f'<li>{escape(text)}</li>' for text in texts)
+    return f'<ul>{items}</ul>'
+
+
+def _interval(one: Parameter) -> str:
+    return f'{one.low:.4g} to {one.high:.4g}' if np.isfinite(one.low) else 'as measured'
+
+
+def _rows(pairs: Sequence[tuple[Parameter, float | None]], with_other: bool) -> list[list[str]]:
+    rows = []
+    for one, other in pairs:
+        row = [page.breakable(one.name), f'{one.value:.4g}', _interval(one), escape(one.unit)]
+        if with_other:
+            outside = other is not None and np.isfinite(one.low) and not one.low <= other <= one.high
+            text = '' if other is None else f'{other:.4g}'
+            row.append(f'{text} (outside)' if outside else text)
+        rows.append(row)
+    return rows
+
+
+def identification_page(
+    found: Identification, title: str, pairs: Sequence[tuple[Parameter, float | None]], other: str = ''
+) -> str:
+    """
+    Return the page of an identification.
+
+    Parameters
+    ----------
+    found : Identification
+        With at least one prediction.
+    title : str
+        Plain text.
+    pairs : sequence of (Parameter, float or None)
+        Each parameter, and its value in another file.
+    other : str
+        Name of that file; '' for none.
+    """
+    pictures = [
+        page.picture(figure.title, figure.caption, page.drawing(as_svg(draw(figure))), name=figure.name)
+        for one in found.predictions[:1] for figure in _figures(one, found.residuals)]
+    head = ['parameter', 'value', '95 % interval', 'unit', *([other] if other else [])]
+    told = [[escape(name), escape(f'{value:.4g}' if isinstance(value, float) else value)]
+            for name, value in found.facts.items()]
+    parts = [
+        f'<h1>{escape(title)}</h1><p class="answer">{escape(answer(found))}</p>', pictures[0],
+        page.section('numbers', 'Numbers', page.html_table(head, _rows(pairs, bool(other)))),
+        *([page.section('reported', 'Further numbers', page.html_table(
+            head[:4], _rows([(one, None) for one in found.reported], False)))] if found.reported else []),
+        *(page.section(name, heading, _listed(texts)) for name, heading, texts in (
+            ('lacking', 'What the model lacks', found.lacking), ('open', 'What the recordings do not tell', found.open),
+            ('notes', 'Notes', found.notes)) if texts),
+        page.grid(pictures[1:]),
+        page.section('recording', 'The recording', page.html_table(('', 'measured'), told)),
+        page.section('made', 'How it was made', page.made_with(found.provenance)),
+    ]
+    return page.page(title, parts)

@@ -1,0 +1,337 @@
+"""Many rollouts at once, compiled by numba if it is installed, plain otherwise."""
+
+import multiprocessing
+import os
+import pickle
+import re
+import signal
+import sys
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from functools import lru_cache
+from typing import Any
+
+from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.jit import APART, JITABLE
+from mobile_robot_control.loop import trial
+from mobile_robot_control.loop.cross_track import converted
+from mobile_robot_control.loop.indices import MeasuredMotion
+from mobile_robot_control.loop.ticks import IDEAL_FORM, Form, make_position_tick, make_velocity_tick
+from mobile_robot_control.loop.trial import (
+    CartMotion,
+    Outcome,
+    Trial,
+    cart_motion,
+    given_motion,
+    prepared_loop,
+    references,
+)
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.parameters.plugins import PluginSource, load_sources, plugin_sources
+from mobile_robot_control.quantities import (
+    NO_ACCELERATION,
+    BodyAcceleration,
+    BodyVelocity,
+    Observation,
+    Pose,
+    Reference,
+)
+from mobile_robot_control.system.texts import describe_error
+
+_BEGIN = 'Failed in nopython mode pipeline'
+"""First words of the report on each function; the innermost report comes last."""
+
+
+def reason_of(error: Exception) -> str:
+    r"""
+    Return the reason why a function cannot be compiled, and its place, in one line.
+
+    Parameters
+    ----------
+    error : Exception
+        Of numba: reports of many lines on each function, from the outermost to the one that cannot be compiled.
+
+    Returns
+    -------
+    str
+        The first line of the innermost report, with file and line if it names them.
+
+    Examples
+    --------
+    >>> reason_of(ValueError('Failed in nopython mode pipeline (step: nopython frontend)\nUnknown attribute'))
+    'Unknown attribute'
+
+    """
+    lines = [line.strip() for line in str(error).rpartition(_BEGIN)[2].splitlines()]
+    told = [line for line in lines if line and not line.startswith('(step:')]
+    if not told:
+        return type(error).__name__
+    # numba names a module with the path of its library
+    reason = re.sub(r"(<module '[^']+').*?>", r'\1>', told[0])
+    found = next(filter(None, (re.search(r'^File "(.+)", line (\d+):$', line) for line in told)), None)
+    return f'{reason}, at {os.path.realpath(found[1])}, line {found[2]}' if found else reason
+
+
+try:
+    import numba
+    import numpy as np
+    from numba.extending import register_jitable
+
+    from mobile_robot_control.loop.compile_cache import folder, kept
+except ImportError:
+    numba = None  # type: ignore[assignment,unused-ignore]
+
+COMPILES = numba is not None
+_CHUNKS_A_WORKER = 4
+
+
+def _row(rows: Any, n: int) -> tuple[Reference]:
+    """Return the n-th row of an array as the reference of a tick."""
+    return (Reference(Pose(rows[n, 0], rows[n, 1], rows[n, 2]), BodyVelocity(rows[n, 3], rows[n, 4]),
+                      NO_ACCELERATION),)
+
+
+def _accelerated_row(rows: Any, n: int) -> tuple[Reference]:
+    """Return the n-th row of an array as the reference of a tick, with its acceleration."""
+    return (Reference(Pose(rows[n, 0], rows[n, 1], rows[n, 2]), BodyVelocity(rows[n, 3], rows[n, 4]),
+                      BodyAcceleration(rows[n, 5], rows[n, 6])),)
+
+
+@lru_cache(maxsize=32)
+def _rows(horizon: int) -> Callable[[Any, int], tuple[Reference, ...]]:
+    """Make a function that returns the n-th row of an array and the rows of its horizon as references."""
+    if horizon == 0:
+        return _accelerated_row
+    nearer = _rows(horizon - 1)
+    _register(nearer)
+
+    def rows_from(rows: Any, n: int) -> tuple[Reference, ...]:
+        return nearer(rows, n) + _accelerated_row(rows, n + horizon)
+
+    return rows_from
+
+
+_registered: set[Callable[..., Any]] = set()
+
+
+def _register(*functions: Callable[..., Any]) -> None:
+    """Register callees of a rollout with numba, once each and late, since njit stops at an undecorated callee."""
+    for function in functions:
+        if function not in _registered:
+            _registered.add(function)
+            # forced inline: otherwise each step copies the loop's hundred constants over the stack, half as much time
+            # again
+            register_jitable(forceinline=function not in APART)(function)
+
+
+@lru_cache(maxsize=32)
+def compiled_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
+    """Return the compiled rollout of a law's step, which releases the interpreter's lock; references are an array."""
+    references_at = _rows(form.horizon) if form.horizon else _row
+    _register(*JITABLE, _accelerated_row, references_at, step)
+    position_tick, velocity_tick = make_position_tick(step, form), make_velocity_tick(form)
+    _register(position_tick, velocity_tick)
+    # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth of the time
+    return kept(numba.njit(nogil=True, error_model='numpy')(
+        trial.bind(position_tick, velocity_tick, references_at, form)), step)
+
+
+@lru_cache(maxsize=32)
+def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a law's compiled step, repeated on one observation: ``(state, observation, gains, dt, times)``."""
+    _register(*JITABLE, step)
+
+    def repeated(state: Any, observation: Observation, gains: Any, dt: float, times: int) -> tuple[Any, BodyVelocity]:
+        command = BodyVelocity(0.0, 0.0)
+        # in a loop, as in a rollout, a state must keep its type
+        for _ in range(times):
+            state, command = step(state, observation, gains, dt)
+        return state, command
+
+    return kept(numba.njit(error_model='numpy')(repeated), step)
+
+
+def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function of marked callees; return it unchanged if numba is not installed."""
+    if not COMPILES:
+        _warn_that_it_is_slow()
+        return function
+    _register(*JITABLE)
+    return kept(numba.njit(nogil=True, error_model='numpy')(function), function)
+
+
+@lru_cache(maxsize=32)
+def plain_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
+    """Return the rollout of a law's step in plain Python; it takes references unconverted."""
+    ticks = form.horizon + 1
+    return trial.make_rollout(step, lambda references, n: references[n:n + ticks], form)
+
+
+_uncompilable: dict[Callable[..., Any], str] = {}
+"""Steps that numba cannot compile, and the reason."""
+
+
+def compiles(one: Trial) -> bool:
+    """Return whether the law of a trial compiles; if it does not, print the reason once."""
+    step: Callable[..., Any] = LAWS[one.law].step
+    if not COMPILES or step in _uncompilable:
+        return False
+    if not _can_prepare(one):  # the trial itself reports this fault of the gains
+        return False
+    try:
+        given = _arrays(cart_motion(one._replace(steps=0)), one.form.indices)
+        compiled_rollout(step, one.form)(one.state, prepared_loop(one), given, 0, one.ratio, 0)
+    except Exception as error:  # numba raises its own errors, and others from its own faults
+        _uncompilable[step] = reason_of(error)
+        print(f"the law '{one.law}' runs plain, some hundred times slower: numba cannot compile it "
+              f'({_uncompilable[step]})', file=sys.stderr)
+        return False
+    return True
+
+
+@lru_cache(maxsize=32)
+def _arrays(motion: CartMotion, with_path: bool) -> Any:
+    """Return the references of a motion as an array, shape (ticks, 7), with the points of its path if required."""
+    rows = np.array([(*reference.pose, *reference.velocity, *reference.acceleration)
+                     for reference in references(motion)]).reshape(-1, 7)
+    return MeasuredMotion(rows, converted(given_motion(motion, True).path, np.array)) if with_path else rows
+
+
+def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> list[Outcome]:
+    """Run trials on one core; with numba if `compile_them`, or if that is None and the law compiles."""
+    chosen = {form: _rollout_of(first, compile_them) for form, first in _first_of(trials).items()}
+    outcomes = []
+    for one in trials:
+        roll, given_of = chosen[one.law, one.form]
+        outcomes.append(trial.roll_trial(one, roll, given_of(cart_motion(one), one.form.indices)))
+    return outcomes
+
+
+def pickled(trials: Sequence[Trial]) -> bytes:
+    """
+    Pickle trials for another process; raise ParameterError if that is impossible.
+
+    It runs here and not in the thread that feeds a pool of processes: that thread would wait for the result for ever.
+    """
+    try:
+        return pickle.dumps(list(trials))
+    except Exception as error:  # the state of a law can raise anything
+        raise ParameterError([
+            f"the gains or the state of the law '{trials[0].law}' cannot go to another process "
+            f'({describe_error(error)}); make them of numbers, let prepare make everything else, or add --workers 1'
+        ]) from error
+
+
+def run_pickled(trials: bytes) -> list[Outcome]:
+    """Run trials pickled by another process of this package."""
+    return run_trials(pickle.loads(trials))  # noqa: S301 (from our own pool or client)
+
+
+def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outcome], Callable[..., Any]]:
+    """Return the rollout of a trial's law, and the function that converts a motion to its input."""
+    step: Callable[..., Any] = LAWS[one.law].step
+    if compiles(one) if compile_it is None else compile_it:
+        return compiled_rollout(step, one.form), _arrays
+    return plain_rollout(step, one.form), given_motion
+
+
+def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, Form], Trial]:
+    """Return the first trial of each law and form, preferably with gains that can be prepared."""
+    first: dict[tuple[str, Form], Trial] = {}
+    for one in trials:
+        kind = one.law, one.form
+        if kind not in first or not _can_prepare(first[kind]):
+            first[kind] = one
+    return first
+
+
+def _can_prepare(one: Trial) -> bool:
+    try:
+        prepared_loop(one)
+    except ParameterError:
+        return False
+    return True
+
+
+def cores() -> int:
+    """Return the number of cores available to this process."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else os.cpu_count() or 1
+
+
+@lru_cache(maxsize=1)
+def _warn_that_it_is_slow() -> None:
+    print("numba is not installed: rollouts take some hundred times longer; install the extra 'fast'", file=sys.stderr)
+
+
+class Pool:
+    """
+    Runs trials on several cores: in threads if the rollout is compiled, in processes if it is plain.
+
+    Parameters
+    ----------
+    workers : int
+        Their number; 0 means one a core.
+    """
+
+    def __init__(self, workers: int = 0) -> None:
+        self._workers = workers or cores()
+        self._threads: Executor | None = None
+        self._processes: Executor | None = None
+        self._version = 0
+        if COMPILES:
+            # what is told once is told here, and not by each process
+            folder()
+        else:
+            _warn_that_it_is_slow()
+
+    def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
+        """Run trials; order and last bits of the outcomes do not depend on the number of workers."""
+        if self._workers == 1 or not trials:
+            return run_trials(trials)
+        # compile once, before all threads would
+        plain = [one for one in _first_of(trials).values() if not compiles(one)]
+        executor = self._process_pool() if plain else self._thread_pool()
+        size = -(-len(trials) // (_CHUNKS_A_WORKER * self._workers))
+        chunks = [trials[first:first + size] for first in range(0, len(trials), size)]
+        if not plain:
+            return [outcome for part in executor.map(run_trials, chunks) for outcome in part]
+        return [outcome for part in executor.map(run_pickled, [*map(pickled, chunks)]) for outcome in part]
+
+    def _thread_pool(self) -> Executor:
+        if self._threads is None:
+            self._threads = ThreadPoolExecutor(self._workers)
+        return self._threads
+
+    def _process_pool(self) -> Executor:
+        if self._processes is not None and self._version != LAWS.version:
+            self._processes.shutdown()
+            self._processes = None
+        if self._processes is None:
+            # Ctrl-C reaches every process of a terminal: only the caller handles it
+            self._processes = ProcessPoolExecutor(
+                self._workers, initializer=_begin_worker, initargs=(plugin_sources(),))
+            self._version = LAWS.version
+        return self._processes
+
+    def close(self) -> None:
+        """Release the workers."""
+        for executor in (self._threads, self._processes):
+            if executor is not None:
+                executor.shutdown(wait=True, cancel_futures=True)
+
+
+def end_with_parent() -> None:
+    """Wait in a thread of a worker, and end that with its parent, even if that is killed, or its own work endless."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None  # noqa: S101 (for mypy: a worker has one)
+    parent.join()
+    os._exit(1)
+
+
+def _begin_worker(sources: Sequence[PluginSource]) -> None:
+    """Prepare a process: leave Ctrl-C and a closed terminal to its parent, and load its files of laws and curves."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_IGN)
+    threading.Thread(target=end_with_parent, daemon=True).start()
+    load_sources(sources)

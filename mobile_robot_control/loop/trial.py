@@ -1,0 +1,263 @@
+"""One rollout without samples: its inputs, its references, its outcome and the loop itself, plain or to be compiled."""
+
+import math
+import sys
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from mobile_robot_control.control.law import LawStep, is_sound
+from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
+from mobile_robot_control.loop.closed_loop import Loop, LoopState
+from mobile_robot_control.loop.cross_track import GrowingPath
+from mobile_robot_control.loop.indices import (
+    MeasuredMotion,
+    MeasuredRun,
+    PerformanceIndices,
+    Totals,
+    Variation,
+    add_error,
+    add_step,
+    add_torque,
+    add_true_tick,
+    given_alone,
+    given_with_path,
+    no_step,
+    no_tick,
+    variation_step,
+)
+from mobile_robot_control.loop.ticks import IDEAL_FORM, Form, form_of, make_position_tick, make_velocity_tick, start
+from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.kinematics import wheel_velocity
+from mobile_robot_control.quantities import Pose, Reference, WheelTorque, period_nanoseconds
+from mobile_robot_control.reference.course import Course, make_course
+from mobile_robot_control.settings.nodes import Configuration, path_of
+from mobile_robot_control.system.texts import located_error
+
+_NOTHING, _UNVARIED = Totals(), Variation()
+_NO_TORQUE = WheelTorque(0.0, 0.0)
+
+
+class Trial(NamedTuple):
+    """
+    One rollout to run.
+
+    Attributes
+    ----------
+    law, curve : str
+        Of LAWS and CURVES.
+    loop : Loop
+        Constants; its gains as declared, because the result of `Law.prepare` may not be sent to another process.
+    state : LoopState
+        At t = 0.
+    steps : int
+        Of the velocity loop.
+    ratio : int
+        Steps of the velocity loop in one of the position loop.
+    late : int
+        The step from which the late totals count.
+    form : Form
+        Choice of functions in the loop.
+    path : PathRequest or tuple
+        Path of the cart; () for a curve.
+    """
+
+    law: str
+    curve: str
+    loop: Loop
+    state: LoopState
+    steps: int
+    ratio: int
+    late: int
+    form: Form = IDEAL_FORM
+    path: Any = ()
+
+
+class Outcome(NamedTuple):
+    """
+    The outcome of one rollout.
+
+    Attributes
+    ----------
+    steps : int
+        Completed steps; fewer than requested if the motion diverged.
+    final_pose, initial_torque : Pose, WheelTorque
+        True pose at the last position tick; torque over the first step [N m].
+    totals, late : Totals
+        Of the whole run, and of the errors from the late step on. Errors are true ones, whatever the noise.
+    law_failed : bool
+        Whether it ended because the position law failed.
+    variation : float
+        Of torque [N m] or command [m/s], if the form sums it.
+    indices : PerformanceIndices or tuple
+        Of the true error; () if the form sums none.
+    """
+
+    steps: int
+    final_pose: Pose
+    initial_torque: WheelTorque
+    totals: Totals
+    late: Totals
+    law_failed: bool
+    variation: float = 0.0
+    indices: Any = ()
+
+
+def make_trial(configuration: Configuration, duration: float, late: float = 0.0) -> Trial:
+    """Make the trial of a checked configuration over a duration [s]; late totals begin at a time [s]."""
+    shared = configuration.plant.shared
+    loop, state = start(configuration)
+    law, gains = declared_gains(configuration.position_controller.control)
+    return Trial(
+        law.name,
+        configuration.reference_cart.curve.curve,
+        loop._replace(law_gains=gains),
+        state,
+        round(duration * shared.velocity_rate),
+        period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
+        round(late * shared.velocity_rate),
+        form_of(configuration),
+        path_of(configuration.reference_cart),
+    )
+
+
+def course_of_trial(trial: Trial) -> Course:
+    """Return the course of the cart in a trial."""
+    return make_course(trial.curve, trial.loop.placement, trial.path)
+
+
+def prepared_loop(trial: Trial) -> Loop:
+    """Return the constants of a trial's run, with prepared gains; raise ParameterError if `prepare` fails."""
+    loop = trial.loop
+    return loop._replace(law_gains=prepared_gains(LAWS[trial.law], loop.law_gains, loop.position_dt))
+
+
+def make_rollout(
+    law_step: LawStep, references_at: Callable[[Any, int], tuple[Reference, ...]], form: Form = IDEAL_FORM
+) -> Callable[..., Outcome]:
+    """Make the rollout of a law, ``roll(state, loop, references, steps, ratio, late)``; `bind` has `references_at`."""
+    return bind(make_position_tick(law_step, form), make_velocity_tick(form), references_at, form)
+
+
+def bind(
+    position_tick: Callable[..., Any], velocity_tick: Callable[..., Any],
+    references_at: Callable[[Any, int], tuple[Reference, ...]], form: Form,
+) -> Callable[..., Outcome]:
+    """Make the rollout of both ticks, plain or compiled; `references_at` returns the references of the n-th tick."""
+    has_torque = not form.plant.takes_velocity
+    begun = PerformanceIndices(band=form.band) if form.indices else ()
+    index_tick, index_step, references_in = (
+        (add_true_tick, add_step, given_with_path) if form.indices else (no_tick, no_step, given_alone))
+    vary = variation_step(form.varies, form.plant.takes_velocity)
+
+    def roll(state: LoopState, loop: Loop, given: Any, steps: int, ratio: int, late: int) -> Outcome:
+        robot, dt = loop.plant.robot, loop.plant.dt
+        totals, late_totals, variation = _NOTHING, _NOTHING, _UNVARIED
+        indices: Any = begun
+        initial, initial_pose, references = _NO_TORQUE, state.plant.pose, references_in(given)
+        pose = initial_pose
+        for n in range(-(-steps // ratio)):
+            first = n * ratio
+            pose = state.plant.pose
+            state, _, error = position_tick(state, references_at(references, n), first, first * dt, loop)
+            if not is_sound(state.command):
+                return Outcome(first, pose, initial, totals, late_totals, True, variation.total, indices)
+            for k in range(first, min(first + ratio, steps)):
+                wheels = wheel_velocity(state.plant.velocity, robot)
+                state, _, applied = velocity_tick(state, k, loop)
+                # the period in which the motion diverges is not counted
+                if dynamics.diverged(state.plant, initial_pose):
+                    return Outcome(k, pose, initial, totals, late_totals, False, variation.total, indices)
+                if k == 0:
+                    initial = applied
+                variation = vary(variation, state.command, applied, robot)
+                indices = index_step(indices, state.command, applied, robot)
+                if has_torque:
+                    totals = add_torque(totals, applied, wheels, dt)
+                if k == first:
+                    totals = add_error(totals, error, loop.position_dt)
+                    indices = index_tick(indices, error, pose, n, given, loop.position_dt)
+                    if k >= late:
+                        late_totals = add_error(late_totals, error, loop.position_dt)
+        if steps % ratio == 0:
+            pose = state.plant.pose
+        return Outcome(steps, pose, initial, totals, late_totals, False, variation.total, indices)
+
+    return roll
+
+
+def outcome_name(trial: Trial, outcome: Outcome) -> str:
+    """Return the outcome of a trial, as in metrics.json."""
+    return 'law_failed' if outcome.law_failed else 'completed' if outcome.steps == trial.steps else 'diverged'
+
+
+def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
+    """Return the measured run of an outcome, in the form of every other run; it has no measured errors."""
+    return MeasuredRun(
+        outcome_name(trial, outcome),
+        outcome.steps * trial.loop.plant.dt,
+        outcome.final_pose,
+        outcome.initial_torque,
+        outcome.totals,
+        measured_squared_position=math.nan,
+        indices=outcome.indices or None,
+    )
+
+
+def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcome:
+    """Run one trial with a rollout of its law and its references; a law that raises leaves no measurements."""
+    try:
+        return roll(trial.state, prepared_loop(trial), given, trial.steps, trial.ratio, trial.late)
+    except BaseException as error:  # a law can raise anything
+        _report_failure(trial.law, located_error(error))
+        return Outcome(0, trial.state.plant.pose, _NO_TORQUE, _NOTHING, _NOTHING, True)
+
+
+@lru_cache(maxsize=64)
+def _report_failure(law: str, reason: str) -> None:
+    """Print the reason of a law's failure in trials, once for each reason."""
+    print(f"the law '{law}' failed in a trial: {reason}", file=sys.stderr)
+
+
+class CartMotion(NamedTuple):
+    """
+    The motion of the reference cart in a trial.
+
+    Attributes
+    ----------
+    course : Course
+        Course of the cart.
+    period : int
+        Of the position loop [ns].
+    ticks : int
+        Number of ticks of the position loop.
+    horizon : int
+        Further ticks with a reference; if it is not zero, references have accelerations.
+    """
+
+    course: Course
+    period: int
+    ticks: int
+    horizon: int = 0
+
+
+def cart_motion(trial: Trial) -> CartMotion:
+    """Return the motion of the reference cart in a trial; trials with the same motion have equal ones."""
+    return CartMotion(course_of_trial(trial), period_nanoseconds(1.0 / trial.loop.position_dt),
+                      -(-trial.steps // trial.ratio), trial.form.horizon)
+
+
+@lru_cache(maxsize=32)
+def references(motion: CartMotion) -> tuple[Reference, ...]:
+    """Return the reference at every position tick and in the horizon; cached for thousands of trials."""
+    at = motion.course.accelerated if motion.horizon else motion.course.reference
+    return tuple(at(n * motion.period / 1e9) for n in range(motion.ticks + motion.horizon))
+
+
+@lru_cache(maxsize=32)
+def given_motion(motion: CartMotion, with_path: bool) -> Any:
+    """Return the input of a plain rollout: the references at its ticks, with the path if required."""
+    if not with_path:
+        return references(motion)
+    path = GrowingPath(motion.course)
+    return MeasuredMotion(references(motion), path.between(0.0, motion.ticks * motion.period / 1e9))

@@ -1,0 +1,109 @@
+"""The place of the rollouts of a search or study: the cores of this machine, or a Dask cluster."""
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from typing import Annotated, Any, NamedTuple, Protocol
+
+from mobile_robot_control.loop import batch
+from mobile_robot_control.loop.batch import Pool
+from mobile_robot_control.loop.trial import Outcome, Trial
+from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.parameters.plugins import PluginSource, load_sources, plugin_sources
+
+_CHUNKS_A_THREAD = 4
+_POLL_PERIOD = 1.0
+"""[s] between two checks for workers."""
+
+
+def _run_with(sources: Sequence[PluginSource], trials: bytes) -> list[Outcome]:
+    """Run pickled trials in a worker, which first loads the caller's files of laws and curves, to unpickle them."""
+    load_sources(sources)
+    return batch.run_pickled(trials)
+
+
+class Cluster:
+    """
+    Runs trials on a cluster; another worker repeats the batch of a lost one.
+
+    Parameters
+    ----------
+    address : str
+        Of the scheduler, such as tcp://host:8786; OSError is raised if none answers there.
+    patience : float
+        Time without any worker after which the cluster counts as lost [s].
+
+    """
+
+    def __init__(self, address: str, patience: float = 60.0) -> None:
+        # an extra, and slow to import
+        import distributed  # noqa: PLC0415
+
+        self._distributed = distributed
+        self._address, self._patience = address, patience
+        try:
+            self._client: Any = distributed.Client(address, timeout='10s', set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise ConnectionError(f'no Dask scheduler answers at {address} ({error}); start one, or leave '
+                                  '--scheduler out') from error
+
+    def _threads(self) -> int:
+        workers = self._client.scheduler_info(n_workers=-1)['workers']
+        return sum(worker['nthreads'] for worker in workers.values())
+
+    def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
+        """Run trials; the outcomes are in the same order. Raises OSError if no worker came within the patience."""
+        size = max(1, -(-len(trials) // (_CHUNKS_A_THREAD * max(1, self._threads()))))
+        chunks = [batch.pickled(trials[first:first + size]) for first in range(0, len(trials), size)]
+        # not pure: equal trials run again, as on one machine; retries: a worker may die more than once
+        futures = self._client.map(partial(_run_with, plugin_sources()), chunks, pure=False, retries=10)
+        self._wait(futures)
+        return [outcome for part in self._client.gather(futures) for outcome in part]
+
+    def _wait(self, futures: Sequence[Any]) -> None:
+        alive = time.monotonic()
+        while True:
+            try:
+                with self._client.as_current():
+                    self._distributed.wait(futures, timeout=_POLL_PERIOD)
+            except self._distributed.TimeoutError:
+                if self._threads():
+                    alive = time.monotonic()
+                elif time.monotonic() > alive + self._patience:
+                    raise ConnectionError(
+                        f'the cluster at {self._address} has no workers any more; start some') from None
+            else:
+                return
+
+    def close(self) -> None:
+        """Disconnect from the cluster."""
+        self._client.close()
+
+
+class Workers(NamedTuple):
+    """The place of the rollouts."""
+
+    workers: Annotated[int | None, Field('', 'cores to use; by default all', minimum=1, maximum=1000)] = None
+    scheduler: Annotated[
+        str | None, Field('', "Dask cluster to use, such as tcp://host:8786; needs the extra 'cluster'")] = None
+
+
+class TrialRunner(Protocol):
+    """Runs trials, on this machine or elsewhere."""
+
+    def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
+        """Run trials in order."""
+
+    def close(self) -> None:
+        """Release the workers."""
+
+
+@contextmanager
+def runner(workers: Workers) -> Iterator[TrialRunner]:
+    """Yield a runner of trials, and close it at the end."""
+    made: TrialRunner = Cluster(workers.scheduler) if workers.scheduler else Pool(workers.workers or 0)
+    try:
+        yield made
+    finally:
+        made.close()

@@ -1,0 +1,92 @@
+"""Laws and curves from outside: registered here, loaded from files, and passed on to child processes."""
+
+import os
+import threading
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+from mobile_robot_control.parameters.registry import REGISTRIES, PluginError
+from mobile_robot_control.system.texts import printable
+
+_LOADING = threading.Lock()
+
+
+class PluginSource(NamedTuple):
+    """
+    The file of a law or a curve, for a process without access to it.
+
+    Attributes
+    ----------
+    kind : str
+        'law' or 'curve'.
+    file, text : str
+        Path and content.
+
+    """
+
+    kind: str
+    file: str
+    text: str
+
+
+def register(record: Any) -> Any:
+    """
+    Register a position law or a curve under its name, for this process and its forks.
+
+    Parameters
+    ----------
+    record : Law or Curve
+        Replaces the record of the same name from the same file or notebook.
+
+    Returns
+    -------
+    Law or Curve
+        The record.
+
+    Raises
+    ------
+    PluginError
+        If the record is incomplete, another source has its name, or it is neither a law nor a curve.
+
+    Examples
+    --------
+    ``register(Law('pursuit', step, Gains))`` takes a step function and its gains.
+
+    >>> register('pursuit')
+    Traceback (most recent call last):
+    mobile_robot_control.parameters.registry.PluginError: 'pursuit' is neither a law nor a curve; make a record ...
+
+    """
+    for registry in REGISTRIES.values():
+        if isinstance(record, registry.record):
+            registry.register(record)
+            return record
+    raise PluginError([f'{printable(repr(record))} is neither a law nor a curve; make a record Law(...) or Curve(...)'])
+
+
+def load_plugins(law_files: Sequence[str], curve_files: Sequence[str]) -> None:
+    """Load files of laws and of curves; raise PluginError for the first refused one."""
+    for kind, files in (('law', law_files), ('curve', curve_files)):
+        for file in files:
+            REGISTRIES[kind].load_file(file)
+
+
+def plugin_environment() -> dict[str, str]:
+    """Return the environment variables that make child processes, such as nodes, load the same files."""
+    return {registry.variable: os.pathsep.join(registry.loaded_texts())
+            for registry in REGISTRIES.values() if registry.loaded_texts()}
+
+
+def plugin_sources() -> tuple[PluginSource, ...]:
+    """Return the loaded files of laws and curves, for `load_sources` in another process."""
+    return tuple(PluginSource(kind, file, text) for kind, registry in REGISTRIES.items()
+                 for file, text in registry.loaded_texts().items())
+
+
+def load_sources(sources: Iterable[PluginSource]) -> None:
+    """Load the files of another process, unless this one has the same content already."""
+    with _LOADING:
+        for source in sources:
+            registry = REGISTRIES[source.kind]
+            if registry.loaded_texts().get(source.file) != source.text:
+                registry.load_text(source.file, source.text)

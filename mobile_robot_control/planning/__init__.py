@@ -1,0 +1,1 @@
+"""The plan of a path, from its request to its page."""

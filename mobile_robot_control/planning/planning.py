@@ -1,0 +1,153 @@
+"""The plan of a path: its fastest motion at every point, with the wheels' motion and the active limit."""
+
+from collections.abc import Mapping
+from os import fspath
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_robot_control.control.compensation import inverse_dynamics
+from mobile_robot_control.model.kinematics import wheel_velocity
+from mobile_robot_control.parameters.declaration import Field, flatten
+from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.quantities import Reference
+from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.planned_path import PlannedPath
+from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
+from mobile_robot_control.settings.nodes import Configuration, course_of
+from mobile_robot_control.settings.provenance import call_text, provenance
+
+Floats = NDArray[np.float64]
+
+
+class PlanRequest(NamedTuple):
+    """The request to plan a path."""
+
+    sources: ParameterSources
+    file: Annotated[str, Field('', 'CSV or YAML file of waypoints: x, y [m] and an optional speed [m/s]'),
+                    Reader(fspath, 'FILE')]
+
+    def configuration(self) -> Configuration:
+        """Return the configuration of a run along the path."""
+        return self.sources.with_values(
+            {'reference_cart.curve': PATH, 'reference_cart.path.file': self.file}).configuration()
+
+
+class Plan(NamedTuple):
+    """
+    The fastest motion along a path, at n of its points.
+
+    Attributes
+    ----------
+    time : array of float, shape (n,)
+        Since the start [s].
+    pose : array of float, shape (n, 3)
+        x, y [m] and heading [rad].
+    velocity, acceleration : array of float, shape (n, 2)
+        v and ω [m/s], [rad/s]; their rates of change from there on [m/s²], [rad/s²].
+    wheel_velocity, wheel_torque : array of float, shape (n, 2)
+        Of the right and the left wheel [rad/s], [N m]; torques by Eq. (13)-(14), with dry friction.
+    limit : list of str, n of them
+        The active limit from there to the next point; '' for none.
+    duration, length : float
+        [s], [m].
+    limits : dict of str to float
+        The parameters `timing`, by name.
+    active : dict of str to float
+        Share of the duration in which a limit is active, by its name; the largest first.
+    provenance : dict of str to object
+        The call, versions and parameters that produced it.
+
+    """
+
+    time: Floats
+    pose: Floats
+    velocity: Floats
+    acceleration: Floats
+    wheel_velocity: Floats
+    wheel_torque: Floats
+    limit: list[str]
+    duration: float
+    length: float
+    limits: dict[str, float]
+    active: dict[str, float]
+    provenance: dict[str, Any]
+
+    def __repr__(self) -> str:
+        most = ', '.join(f'{name} {share:.0%}' for name, share in list(self.active.items())[:3] if name)
+        return f'<Plan: {self.length:.3g} m in {self.duration:.4g} s; active: {most}>'
+
+
+def make_plan(request: PlanRequest, command_line: str) -> Plan:
+    """Plan the path of a request; raise ParameterError if it is infeasible."""
+    return plan_of(request.configuration(), command_line)
+
+
+def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
+    """Plan the path in a configuration with a cart on a path."""
+    cart, path = configuration.reference_cart, course_of(configuration.reference_cart)
+    assert isinstance(path, PlannedPath)  # noqa: S101 (for mypy: it drives a path)
+    limit = [*path.limit, '']
+    # the last point, at rest, belongs to the motion that ends there
+    times = path.times.copy()
+    times[-1] = np.nextafter(times[-1], 0.0)
+    references = [path.accelerated(time) for time in times.tolist()]
+    robot, coulomb = cart.shared.robot, cart.friction.coulomb
+
+    def torques(reference: Reference) -> list[float]:
+        wheels = wheel_velocity(reference.velocity, robot)
+        smooth = inverse_dynamics(reference.velocity, reference.acceleration, robot)
+        return [torque + coulomb * float(np.sign(turn)) for torque, turn in zip(smooth, wheels, strict=True)]
+
+    return Plan(
+        path.times, np.array([reference.pose for reference in references]),
+        np.array([reference.velocity for reference in references]),
+        np.array([reference.acceleration for reference in references]),
+        np.array([wheel_velocity(reference.velocity, robot) for reference in references]),
+        np.array([torques(reference) for reference in references]),
+        limit, path.period, path.length, flatten(cart.timing),
+        path.shares(), provenance(command_line, configuration))
+
+
+def plan(
+    file: File, *files: File, robot: File | None = None, parameters: Mapping[str, object] | None = None
+) -> Plan:
+    r"""
+    Plan the fastest motion along a path of waypoints, as the command `plan` does, without driving it.
+
+    Parameters
+    ----------
+    file : path
+        CSV or YAML file of waypoints.
+    *files : path
+        ROS 2 parameter files, later ones win.
+    robot : str or path or None
+        A robot of this package, or the parameter file of one.
+    parameters : mapping of str to object or None
+        Values by ``NODE.PARAMETER``, which win over the files: ``reference_cart.timing.*`` and
+        ``reference_cart.path.*``.
+
+    Returns
+    -------
+    Plan
+        The motion, with the active limit at each point.
+
+    Raises
+    ------
+    ParameterError
+        With every violation; those of the file have their line.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> file = Path(mkdtemp(), 'line.csv')
+    >>> _ = file.write_text('0, 0\n1, 0\n')
+    >>> limits = {'max_linear_velocity': 0.5, 'max_linear_acceleration': 1.0}
+    >>> plan(file, parameters={f'reference_cart.timing.{name}': value for name, value in limits.items()})
+    <Plan: 1 m in 2.5 s; active: linear velocity 60%, linear acceleration 40%>
+
+    """
+    request = PlanRequest(parameter_sources(files, robot, parameters), fspath(file))
+    return make_plan(request, call_text('plan', file, *files, robot=robot, parameters=parameters))

@@ -1,1 +1,0 @@
-"""Runs as bags and as time series."""

@@ -1,0 +1,1 @@
+"""The report of runs: its page, its command, and its place in a notebook."""

@@ -1,0 +1,217 @@
+"""The reference cart's time along its curve: by stamps in lockstep; on the wall clock it may wait for the robot."""
+
+from collections.abc import Callable, Mapping
+from itertools import accumulate
+from typing import Any, Protocol
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+
+from mobile_robot_control.quantities import Pose, Reference
+from mobile_robot_control.reference.waiting import (
+    NEAR,
+    WaitingCart,
+    after_a_pause,
+    apart,
+    begin_waiting,
+    later,
+    move_cart,
+    slowed,
+)
+from mobile_robot_control.ros.clock import SteadyClock
+from mobile_robot_control.ros.diagnostics import Condition
+from mobile_robot_control.ros.inputs import InputMonitor
+
+PERIOD = 'period'
+"""The parameter that changes without a jump of the cart."""
+References = tuple[Reference, ...]
+
+
+class Course(Protocol):
+    """The cart's pose at a time along its curve: CartCourse."""
+
+    def references(self, time: int) -> References:
+        """Return the references at a time [ns] and at the ticks of the horizon."""
+
+
+class LockstepTime:
+    """
+    The time is that of the stamps.
+
+    Parameters
+    ----------
+    course : Course
+        Of the cart.
+    accepted : callable
+        Returns the stamp of the last step [ns], None before the first.
+
+    """
+
+    def __init__(self, course: Course, accepted: Callable[[], int | None]) -> None:
+        self._course, self._accepted = course, accepted
+
+    def now(self) -> float:
+        """Return the time along the curve [s]."""
+        return (self._accepted() or 0) / 1e9
+
+    def references(self, stamp: int) -> References:
+        """Return the references of a step at a stamp [ns]."""
+        return self._course.references(stamp)
+
+    def waits_for_a_run(self, changed: Mapping[str, Any]) -> bool:
+        """Return whether changed parameters take effect at the next run."""
+        return set(changed) != {PERIOD}
+
+    def may_jump(self) -> bool:
+        """Return whether the cart may switch to another curve."""
+        return True
+
+    def note(self, pose: Pose) -> None:
+        """Receive the robot's pose."""
+
+    def begin_anew(self) -> None:
+        """Start again at the start of the curve."""
+
+    def forget(self) -> None:
+        """Start again with the next odometry."""
+
+    def condition(self) -> Condition | None:
+        """Return the report of a waiting cart."""
+        return None
+
+
+class WallClockTime(LockstepTime):
+    """
+    The time is that of the clock, from the first odometry on.
+
+    Parameters
+    ----------
+    course : Course
+        Of the cart.
+    clock : callable
+        Returns the robot's time [s].
+
+    """
+
+    def __init__(self, course: Course, clock: Callable[[], float]) -> None:
+        self._course, self._clock = course, clock
+        self._began: float | None = None
+
+    def now(self) -> float:
+        """Return the time along the curve [s]."""
+        return 0.0 if self._began is None else self._clock() - self._began
+
+    def references(self, _stamp: int) -> References:
+        """Return the references of now."""
+        return self._course.references(round(self.now() * 1e9))
+
+    def waits_for_a_run(self, _changed: Mapping[str, Any]) -> bool:
+        """Return False: there are no runs on the wall clock."""
+        return False
+
+    def may_jump(self) -> bool:
+        """Return whether the cart still stands at its start."""
+        return self._began is None
+
+    def note(self, _pose: Pose) -> None:
+        """Start with the first odometry."""
+        if self._began is None:
+            self._began = self._clock()
+
+    def forget(self) -> None:
+        """Start again with the next odometry."""
+        self._began = None
+
+
+_HELD_UP = 0.5
+"""[s], and at least three periods, between two steps: the node was delayed, and the cart has stood meanwhile."""
+
+
+class CartWait(WallClockTime):
+    """
+    Moves the cart by the robot's time while the robot follows.
+
+    Parameters
+    ----------
+    node : Node
+        For the log.
+    clock : SteadyClock
+        Of the node.
+    monitor : InputMonitor
+        Provides the age of odometry.
+    wait_distance : float
+        [m].
+    period : float
+        Of the cart's steps [s].
+    reference_at : callable
+        Returns the reference at a time along the curve [s].
+    horizon : int
+        Number of steps ahead with a reference.
+
+    """
+
+    def __init__(
+        self, node: Node, clock: SteadyClock, monitor: InputMonitor, wait_distance: float, period: float,
+        reference_at: Callable[[float], Reference], horizon: int = 0,
+    ) -> None:
+        self._node, self._clock, self._monitor = node, clock.now, monitor
+        self._longest = max(_HELD_UP, 3.0 * period)
+        self._period, self._horizon = period, horizon
+        self._wait_distance, self._reference_at = wait_distance, reference_at
+        self._cart: WaitingCart | None = None
+        self._pose = self._at = reference_at(0.0).pose
+
+    def now(self) -> float:
+        """Return the time along the curve [s]."""
+        return 0.0 if self._cart is None else self._cart.time
+
+    def begin_anew(self) -> None:
+        """Place the cart at the start of another curve, where it waits for the robot."""
+        self._at = self._reference_at(0.0).pose
+        if self._cart is not None:
+            self._cart = begin_waiting(self._clock(), self._pose)
+            self._log_wait(self._cart)
+
+    def _log_wait(self, cart: WaitingCart) -> None:
+        self._node.get_logger().warning(f'the cart waits: {self._words(cart)}')
+
+    def note(self, pose: Pose) -> None:
+        """Receive the robot's pose; the first one places the cart at its start."""
+        self._pose = pose
+        if self._cart is None:
+            self._cart = begin_waiting(self._clock(), pose)
+
+    def may_jump(self) -> bool:
+        """Return True: the cart waits at the start of another curve."""
+        return True
+
+    def forget(self) -> None:
+        """Wait at the start for the robot of another run."""
+        self.begin_anew()
+
+    def references(self, _stamp: int = 0) -> tuple[Reference, ...]:
+        """Return the present reference, and those of the steps ahead."""
+        now = self._clock()
+        before = self._cart or begin_waiting(now, self._pose)
+        if now - before.now > self._longest:
+            before = after_a_pause(before, now)
+        self._cart = move_cart(before, now, self._monitor.age('odom'), self._pose, self._at, self._wait_distance)
+        if self._cart.why and not before.why:
+            self._log_wait(self._cart)
+        elif before.why and not self._cart.why:
+            self._node.get_logger().info('the cart drives')
+        carts = accumulate(range(self._horizon), lambda cart, _: later(cart, self._period), initial=self._cart)
+        references = tuple(slowed(self._reference_at(cart.time), cart.rate) for cart in carts)
+        self._at = references[0].pose
+        return references
+
+    def condition(self) -> Condition | None:
+        """Return the report of a waiting cart; None while it drives."""
+        if self._cart is None or not self._cart.why:
+            return None
+        return Condition(DiagnosticStatus.WARN, 'waiting', self._monitor.missing(), self._words(self._cart))
+
+    def _words(self, cart: WaitingCart) -> str:
+        """Describe why the cart waits, and what ends the wait."""
+        return (f'{cart.why}: {apart(self._pose, self._at):.2f} m lie between robot and cart, which goes on within '
+                f'{NEAR} m')

@@ -1,1 +1,0 @@
-"""The inputs of a node: their table, checked messages, their ages and their faults."""

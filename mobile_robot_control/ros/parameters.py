@@ -1,0 +1,208 @@
+"""Parameters of a node: declared and described, each change applied whole or refused by name."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.parameter_service import ParameterService
+
+from mobile_robot_control.parameters.declaration import (
+    Declaration,
+    ParameterError,
+    build,
+    check_value,
+    declarations,
+    describe_bounds,
+    nearest,
+)
+from mobile_robot_control.parameters.rcl_yaml import parse_yaml
+from mobile_robot_control.settings.files import is_declared, is_ros_parameter
+
+Group = TypeVar('Group')
+
+
+def _descriptor(declared: Declaration) -> ParameterDescriptor:
+    """Return unit, bounds and whether it is read-only, as `ros2 param describe` shows them."""
+    field = declared.field
+    unit = f' [{field.unit}]' if field.unit else ''
+    descriptor = ParameterDescriptor(
+        description=field.description + unit,
+        additional_constraints=describe_bounds(field),
+        read_only=not field.live,
+    )
+    # ROS ranges include both ends and hold for single numbers only
+    if declared.kind is float and field.minimum is not None and field.maximum is not None:
+        descriptor.floating_point_range = [FloatingPointRange(from_value=field.minimum, to_value=field.maximum)]
+    return descriptor
+
+
+def declare(node: Node, group: type[Group], others: Mapping[str, Any] = MappingProxyType({})) -> Group:
+    """
+    Declare the parameters of a group on a node without parameter services.
+
+    Returns the node's initial values, some replaced by `others`, checked; integers are accepted for floats. Raises
+    ParameterError with every violation at once.
+    """
+    # rclpy has no public access to a node's initial values before their declaration
+    overrides = {name: parameter.value for name, parameter in node._parameter_overrides.items()} | dict(others)
+    values = build(group, {name: value for name, value in overrides.items() if not _foreign(name, group)})
+    for name, declared in declarations(group, defaults=values).items():
+        value = list(declared.default) if declared.kind is tuple else declared.default
+        node.declare_parameter(name, value, _descriptor(declared), ignore_override=True)
+    return values
+
+
+def _foreign(name: str, group: type) -> bool:
+    """Return whether a parameter is ROS's own or, written under '/**', that of another of the four nodes."""
+    return is_ros_parameter(name) or (name not in declarations(group) and is_declared(name))
+
+
+_EXPONENT = re.compile(r'(?<![\w.])-?\d+e[-+]?\d')  # of a number that Python writes without a decimal point
+_READ_ONLY = '{} is read-only while the node runs; write it into a parameter file and start the node again'
+_TYPES = [kind.value for kind in Parameter.Type]
+
+
+class CheckedParameterService(ParameterService):
+    """
+    Replaces rclpy's own, which ends the node at an unknown type and omits names from its reasons.
+
+    If the values of a call to `set_parameters` are valid together, they are applied as one change, and their order does
+    not matter; otherwise, as in ROS, each parameter is applied separately. `set_parameters_atomically` applies all or
+    nothing. A read-only parameter may be set to its present value, as `ros2 param load` does.
+
+    Parameters
+    ----------
+    node : Node
+        Made without parameter services, with its parameters declared.
+    group : type
+        The declared NamedTuple.
+    apply : callable
+        Takes the new values of the group after each change, and those set by name, changed or not.
+    refusals : callable
+        Yields reasons why the node, in its present state, refuses values of the group.
+
+    """
+
+    def __init__(
+        self, node: Node, group: type, apply: Callable[[Any, dict[str, Any]], None] = lambda *_: None,
+        refusals: Callable[[Any], Iterable[str]] = lambda _: (),
+    ) -> None:
+        super().__init__(node)
+        self._group, self._declared, self._apply, self._refusals = group, declarations(group), apply, refusals
+
+    def _set_parameters_callback(self, request: Any, response: Any) -> Any:
+        asked = request.parameters
+        if len(asked) > 1 and not self._violations(asked):
+            together = self._set(asked)
+            if together.successful:
+                response.results = [together] * len(asked)
+                return response
+        response.results = [self._set([message]) for message in asked]
+        return response
+
+    def _set_parameters_atomically_callback(self, request: Any, response: Any) -> Any:
+        response.result = self._set(request.parameters)
+        return response
+
+    def _set(self, asked: Sequence[Any]) -> SetParametersResult:
+        """Apply all or nothing."""
+        violations = self._violations(asked)
+        if violations:
+            return SetParametersResult(successful=False, reason='; '.join(violations))
+        asked = [one for one in asked if not self._is_unchanged(one)]
+        if not asked:
+            return SetParametersResult(successful=True)
+        # converted and applied here and not in rclpy's callbacks around a change, which Humble does not have
+        result = self._get_node().set_parameters_atomically([self._converted(one) for one in asked])
+        if not result.successful:
+            result.reason = f'{", ".join(one.name for one in asked)}: {result.reason}'
+        elif any(one.name in self._declared for one in asked):
+            current = self._current()
+            self._apply(build(self._group, current),
+                        {one.name: current[one.name] for one in asked if one.name in current})
+        return result
+
+    def _converted(self, message: Any) -> Parameter[Any]:
+        """Return a parameter, with an integer converted if a float is declared."""
+        name, value = message.name, self._value(message)
+        kind = self._declared[name].kind if name in self._declared else None
+        if kind is float:
+            return Parameter(name, Parameter.Type.DOUBLE, float(value))
+        if kind is tuple:
+            return Parameter(name, Parameter.Type.DOUBLE_ARRAY, [float(each) for each in value])
+        return Parameter.from_parameter_msg(message)
+
+    def _value(self, message: Any) -> Any:
+        """Return the value of a parameter."""
+        # rclpy's client sends the text '1e-05' for such a number in a file of `ros2 param load`; if numbers are
+        # declared, it is read as one
+        value = Parameter.from_parameter_msg(message).value
+        declared = self._declared.get(message.name)
+        text = f'[{", ".join(value)}]' if message.value.type == Parameter.Type.STRING_ARRAY.value else value
+        if declared is None or declared.kind not in (float, tuple) or not _EXPONENT.search(str(text)):
+            return value
+        try:
+            read = parse_yaml(str(text), message.name)
+        except ParameterError:
+            return value
+        return value if check_value(declared, read)[1] else read
+
+    def _is_unchanged(self, message: Any) -> bool:
+        """Return whether a read-only parameter is set to its present value."""
+        name, node, declared = message.name, self._get_node(), self._declared.get(message.name)
+        if message.value.type not in _TYPES or not node.has_parameter(name):
+            return False
+        present = node.get_parameter(name)
+        if declared is None:
+            given = Parameter.from_parameter_msg(message)
+            return (node.describe_parameter(name).read_only
+                    and (given.type_, given.value) == (present.type_, present.value))
+        typed, violations = check_value(declared, self._value(message))
+        return (not declared.field.live and not violations
+                and typed == (tuple(present.value) if declared.kind is tuple else present.value))
+
+    def _current(self) -> dict[str, Any]:
+        """Return the present value of each declared parameter."""
+        return {name: self._get_node().get_parameter(name).value for name in self._declared}
+
+    def _violations(self, asked: Sequence[Any]) -> list[str]:
+        """List every violation in a call; nothing changes."""
+        formal = {message.name: found for message in asked for found in self._formal(message)}
+        times = Counter(message.name for message in asked)
+        repeated = [f'{name} is given {count} times; give it once' for name, count in times.items() if count > 1]
+        changed = {message.name: self._value(message) for message in asked
+                   if message.name in self._declared and message.name not in formal}
+        try:
+            built: Any = build(self._group, self._current() | changed)
+        except ParameterError as error:
+            return [*formal.values(), *repeated, *self._named(error.violations, changed)]
+        return [*formal.values(), *repeated, *self._refusals(built)]
+
+    @staticmethod
+    def _named(violations: Iterable[str], changed: Iterable[str]) -> Iterator[str]:
+        """Name the parameters to change, if a rule between parameters does not."""
+        names = list(changed)
+        for violation in violations:
+            yield violation if any(name in violation for name in names) else f'{", ".join(names)}: {violation}'
+
+    def _formal(self, message: Any) -> Iterator[str]:
+        """Yield the violations of one parameter that do not depend on its value."""
+        name, declared = message.name, self._declared.get(message.name)
+        if message.value.type not in _TYPES:
+            yield f"'{name}' is of type {message.value.type}, which is none of ROS 2"
+        elif declared is None:
+            if not (is_ros_parameter(name) and self._get_node().has_parameter(name)):
+                yield f"unknown parameter '{name}'; {nearest(name, self._declared)}"
+            elif name == 'use_sim_time' and self._value(message) != self._get_node().get_parameter(name).value:
+                yield _READ_ONLY.format(name)
+        elif not declared.field.live and not self._is_unchanged(message):
+            yield _READ_ONLY.format(name)
+        elif message.value.type == Parameter.Type.NOT_SET.value:
+            yield f'{name} cannot be removed; it must have a value'

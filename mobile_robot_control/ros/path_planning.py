@@ -1,0 +1,88 @@
+"""The reference cart's response to a message on the topic `path`: a function of messages, for any process."""
+
+from functools import partial
+from typing import NamedTuple
+
+from mobile_robot_control.messages.cdr import deserialise
+from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, read_path
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.quantities import Reference
+from mobile_robot_control.reference.joining import join, stop
+from mobile_robot_control.reference.path_parameters import PathRequest
+from mobile_robot_control.reference.path_shape import Point
+from mobile_robot_control.reference.planned_path import PlannedPath
+from mobile_robot_control.reference.waypoints import checked_waypoints
+from mobile_robot_control.topics import PATH_TOPIC
+
+PATH_KIND = 'nav_msgs/msg/Path'
+
+
+class PathQuestion(NamedTuple):
+    """
+    A message on `path`, and the motion of the cart that will follow it.
+
+    Attributes
+    ----------
+    message : bytes
+        Serialised, from any source.
+    frame : str
+        Of odometry.
+    request : PathRequest
+        Limits; its waypoints are not used.
+    at : Reference
+        Pose and motion of the cart at the start of the path.
+    course : PlannedPath or None
+        Its course then; None if it stands.
+    time : float
+        Since the start of that course [s].
+
+    """
+
+    message: bytes
+    frame: str
+    request: PathRequest
+    at: Reference
+    course: PlannedPath | None
+    time: float
+
+
+class PathAnswer(NamedTuple):
+    """
+    The cart's next motion.
+
+    Attributes
+    ----------
+    planned : PlannedPath or None
+        None if it stands, or continues as before.
+    points : list of (float, float)
+        Positions of the message [m]; none for a stop.
+    refusal : tuple of str
+        A reason and its detail; () without a refusal.
+
+    """
+
+    planned: PlannedPath | None
+    points: list[Point]
+    refusal: tuple[str, ...] = ()
+
+
+def answer(question: PathQuestion) -> PathAnswer:
+    """Plan the cart's next motion from a message."""
+    try:
+        points = read_or_refuse(
+            PATH_KIND, (partial(deserialise, PATH_KIND), partial(read_path, frame=question.frame)), question.message)
+    except RefusedMessageError as refusal:
+        return PathAnswer(None, [], (refusal.reason, refusal.detail))
+    try:
+        return PathAnswer(_planned(question, points), points)
+    except ParameterError as error:
+        return PathAnswer(None, points, ('cannot be driven', '; '.join(error.violations)))
+
+
+def _planned(question: PathQuestion, points: list[Point]) -> PlannedPath | None:
+    if points:
+        waypoints = checked_waypoints([(f'pose {n}', point) for n, point in enumerate(points)], PATH_TOPIC)
+        return join(question.request._replace(waypoints=waypoints), question.at)
+    if question.course is None or not question.at.velocity.linear:
+        return None
+    return stop(question.course.remaining(question.time), question.request, question.at)

@@ -1,0 +1,235 @@
+"""The guard between law and robot: none in lockstep; on the wall clock stops, the approach, faulty odometry."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.node import Node
+
+from mobile_robot_control.control.approach import stands_still
+from mobile_robot_control.control.laws import PositionControl
+from mobile_robot_control.control.limits import TrackingLimit
+from mobile_robot_control.control.tracking_error import distance
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation, Pose, Reference, TrackingError
+from mobile_robot_control.ros.diagnostics import Condition
+from mobile_robot_control.ros.odometry import CONFLICT, OdomConflict, OdomTwist
+from mobile_robot_control.ros.safety_stop import SafetyStop, refuse_to_stop
+from mobile_robot_control.settings.nodes import PositionControllerParameters
+
+_ZERO = BodyVelocity(0.0, 0.0)
+_FAR = 0.5
+"""[m] from the cart: a start at a larger distance is logged."""
+
+
+class Law(Protocol):
+    """The running position law: LawRunner."""
+
+    def begin(self, control: PositionControl, under_way: bool) -> None:
+        """Begin a run, or join one under way."""
+
+    def command(
+        self, observation: Observation, stamp: int | None, time_limit: float, acceleration: BodyAcceleration | None,
+    ) -> BodyVelocity:
+        """Return the law's command."""
+
+    def approach(self, error: TrackingError, speed: float, control: PositionControl) -> BodyVelocity:
+        """Return the command towards a waiting cart."""
+
+
+class LockstepGuard:
+    """
+    Passes the law's command on: in lockstep there is no robot to stop.
+
+    Parameters
+    ----------
+    node : Node
+        The position controller.
+    law : Law
+        Of the node.
+
+    """
+
+    stands = False
+
+    def __init__(self, node: Node, law: Law) -> None:
+        self._node, self._law = node, law
+        refuse_to_stop(node)
+
+    def note(
+        self, _stamp: int, _pose: Pose, velocity: BodyVelocity, _values: PositionControllerParameters, _drives: bool
+    ) -> BodyVelocity:
+        """Receive odometry; return the velocity of the robot."""
+        return velocity
+
+    def is_held(self, _values: PositionControllerParameters) -> bool:
+        """Return whether the robot must stand."""
+        return False
+
+    def approach_speed(self, _values: PositionControllerParameters, _reference: Reference) -> float:
+        """Return the robot's speed of approach to a waiting cart [m/s]; 0 if the law tracks it."""
+        return 0.0
+
+    def command(
+        self, observation: Observation, stamp: int, _values: PositionControllerParameters,
+        acceleration: BodyAcceleration | None = None,
+    ) -> BodyVelocity:
+        """Return the command of a step at a stamp [ns]."""
+        return self._law.command(observation, stamp, math.inf, acceleration)
+
+    def check_start(self, values: PositionControllerParameters, pose: Pose, reference: Reference) -> None:
+        """Log a start far from the cart."""
+        cart, speed = reference.pose, self.approach_speed(values, reference)
+        apart = math.hypot(cart.x - pose.x, cart.y - pose.y)
+        if apart <= _FAR:
+            return
+        where = (f'the run starts {apart:.2f} m from the cart: the robot is at ({pose.x:.2f}, {pose.y:.2f}) m, the '
+                 f'cart at ({cart.x:.2f}, {cart.y:.2f}) m')
+        if speed > 0.0:
+            self._node.get_logger().info(f'{where}, and waits; the robot drives there at {speed:g} m/s at most')
+        else:
+            self._node.get_logger().warning(f'{where}; set plant.initial_pose, or place the curve elsewhere')
+
+    def rest(self) -> None:
+        """Note a tick in which the robot stands, after the first one."""
+
+    def condition(self, _values: PositionControllerParameters, _problems: list[str], _drives: bool) -> Condition | None:
+        """Return the condition of a node with a standing robot or faulty odometry."""
+        return None
+
+    def forget(self) -> None:
+        """Forget a run after a jump back of simulated time."""
+
+
+class RobotGuard(LockstepGuard):
+    """
+    Chooses the command of each tick on the wall clock: a stop, the approach to a waiting cart, or the law's.
+
+    Parameters
+    ----------
+    node : Node
+        The position controller.
+    law : Law
+        Of the node.
+    conflict : callable
+        Makes the OdomConflict of a run.
+    act : callable
+        As in SafetyStop.
+    publish : callable
+        Publishes events.
+
+    """
+
+    def __init__(
+        self, node: Node, law: Law, conflict: Callable[[], OdomConflict], act: Callable[[], str],
+        publish: Callable[[Mapping[str, Any]], None],
+    ) -> None:
+        self._node, self._law, self._publish = node, law, publish
+        self._stop = SafetyStop(node, act, lambda why: publish({'stop': why} if why else {'release': True}))
+        self._twist, self._make_conflict, self._conflict = OdomTwist(node), conflict, conflict()
+        self._pose = Pose(0.0, 0.0, 0.0)
+        self._far = ''
+
+    @property
+    def stands(self) -> bool:  # type: ignore[override]
+        """Whether the robot is stopped, or too far from the cart to set out."""
+        return bool(self._stop.reason or self._far)
+
+    def note(
+        self, stamp: int, pose: Pose, velocity: BodyVelocity, values: PositionControllerParameters, drives: bool
+    ) -> BodyVelocity:
+        """Receive odometry; return the velocity of the robot, from its poses if they contradict the twist."""
+        self._pose = pose
+        self._conflict.note(stamp, pose, velocity)
+        if self._conflict.present:
+            self._twist.forget()  # the poses of several publishers are no jumps of one
+            return velocity
+        velocity = self._twist.note(stamp, pose, velocity)
+        if self._twist.jump:
+            self._note_jump(*self._twist.jump, values.limits, drives and not self._far)
+        return velocity
+
+    def _note_jump(self, moved: float, turned: float, limits: TrackingLimit, drives: bool) -> None:
+        """Report a jump of odometry [m], [rad]; stop a robot that drives, beyond the limits."""
+        words = f'the pose of odom has jumped by {moved:.2f} m and {turned:.2f} rad against its twist'
+        self._node.get_logger().warning(f'{words}: it was corrected or reset')
+        self._publish({'odom_jump': [moved, turned]})
+        if drives and (0.0 < limits.odom_jump < moved or 0.0 < limits.odom_turn < turned):
+            self._stop.stop(f'{words}, and limits.odom_jump is {limits.odom_jump:g} m, limits.odom_turn '
+                            f'{limits.odom_turn:g} rad; see whether it knows where it is, then call release')
+
+    def is_held(self, values: PositionControllerParameters) -> bool:
+        """Return whether the robot must stand."""
+        return bool(self._stop.reason) or self._in_conflict(values)
+
+    def _in_conflict(self, values: PositionControllerParameters) -> bool:
+        return values.stop_on_odom_conflict and self._conflict.present
+
+    def _stands_far(self, observation: Observation, values: PositionControllerParameters) -> bool:
+        """Return whether the robot stands because the reference is beyond `approach.distance`; log it once."""
+        before, apart = self._far, distance(observation.error)
+        self._far = self._where(observation.reference.pose, apart, values) if _is_far(apart, values) else ''
+        if self._far and not before:
+            self._node.get_logger().error(f'the robot stands: {self._far}')
+        elif before and not self._far:
+            self._node.get_logger().info('the reference is near: the robot drives')
+            self._law.begin(values.control, under_way=True)
+        return bool(self._far)
+
+    def _where(self, cart: Pose, apart: float, values: PositionControllerParameters) -> str:
+        """Say where robot and cart are, at a distance [m] that is too large."""
+        robot = self._pose
+        return (f'{apart:.2f} m lie between the robot at ({robot.x:.2f}, {robot.y:.2f}) m and the cart at '
+                f'({cart.x:.2f}, {cart.y:.2f}) m, and approach.distance is {values.approach.distance:g} m; '
+                'place the curve near the robot, bring it there, or raise the limit')
+
+    def check_start(self, values: PositionControllerParameters, pose: Pose, reference: Reference) -> None:
+        """Log a start far from the cart, to which the robot sets out."""
+        if not _is_far(math.hypot(reference.pose.x - pose.x, reference.pose.y - pose.y), values):
+            super().check_start(values, pose, reference)
+
+    def rest(self) -> None:
+        """Keep a stop for a node that is started again."""
+        self._stop.remember()
+
+    def approach_speed(self, values: PositionControllerParameters, reference: Reference) -> float:
+        """Return the robot's speed of approach to a waiting cart [m/s]; 0 if the law tracks it."""
+        return values.approach.speed if stands_still(reference) else 0.0
+
+    def command(
+        self, observation: Observation, _stamp: int, values: PositionControllerParameters,
+        acceleration: BodyAcceleration | None = None,
+    ) -> BodyVelocity:
+        """Return the command; zero if the robot is too far from the reference, or has just been stopped for that."""
+        if self._stands_far(observation, values):
+            return _ZERO
+        speed = self.approach_speed(values, observation.reference)
+        if not self._stop.allows(distance(observation.error), values.limits.tracking_error, speed > 0.0):
+            return _ZERO
+        if speed > 0.0:
+            return self._law.approach(observation.error, speed, values.control)
+        return self._law.command(observation, None, values.input_timeout, acceleration)
+
+    def condition(self, values: PositionControllerParameters, problems: list[str], drives: bool) -> Condition | None:
+        """Return the condition of a node with a standing robot or faulty odometry."""
+        if self._stop.reason:
+            return Condition(DiagnosticStatus.ERROR, 'stopped', detail=self._stop.reason)
+        if self._in_conflict(values):
+            return Condition(DiagnosticStatus.ERROR, 'stopped', detail='; '.join([CONFLICT, *problems]))
+        if self._far and drives:
+            return Condition(DiagnosticStatus.ERROR, 'stopped', detail='; '.join([self._far, *problems]))
+        if self._twist.problem and drives:
+            return Condition(DiagnosticStatus.WARN, 'running', detail='; '.join([self._twist.problem, *problems]))
+        return None
+
+    def forget(self) -> None:
+        """Forget a run after a jump back of simulated time; a stop stays."""
+        self._conflict = self._make_conflict()
+        self._twist.forget()
+
+
+def _is_far(apart: float, values: PositionControllerParameters) -> bool:
+    """Return whether a distance from the cart [m] is too large to set out."""
+    return 0.0 < values.approach.distance < apart

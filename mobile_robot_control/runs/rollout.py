@@ -1,0 +1,193 @@
+"""The closed loop of all four nodes in one process, as an iterator of samples, and its measurement."""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from mobile_robot_control.control.law import LawFailedError, is_sound
+from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.loop.closed_loop import Coming, Loop, Sample
+from mobile_robot_control.loop.indices import MeasuredRun
+from mobile_robot_control.loop.ticks import NO_TORQUE, make_position_tick, make_velocity_tick, shows_the_truth
+from mobile_robot_control.loop.trial import Trial, course_of_trial, make_trial, prepared_loop
+from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.disturbance import with_push
+from mobile_robot_control.model.plant_form import sensing
+from mobile_robot_control.quantities import (
+    NO_ACCELERATION,
+    BodyVelocity,
+    Observation,
+    Push,
+    Truth,
+    WheelTorque,
+    period_nanoseconds,
+)
+from mobile_robot_control.reference.course import references_along
+from mobile_robot_control.runs.metrics import IndexMeter, RunMeter
+from mobile_robot_control.settings.nodes import Configuration
+from mobile_robot_control.system.texts import located_error
+
+
+def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tuple[Any, BodyVelocity]:
+    """Replace the step of a failed law: stand still."""
+    return state, BodyVelocity(0.0, 0.0)
+
+
+def _pushed(loop: Loop, push: Push, k: int) -> Loop:
+    """Return the loop of one step with a push."""
+    imperfect, plant = loop.imperfections, loop.plant
+    return loop._replace(imperfections=imperfect._replace(
+        disturbance=with_push(imperfect.disturbance, push, k, plant.dt, plant.robot)))
+
+
+def rollout(
+    configuration: Configuration, duration: float, pushes: Mapping[int, Push] = MappingProxyType({})
+) -> Iterator[Sample]:
+    """
+    Run the closed loop and yield the content of its topics.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        Checked.
+    duration : float
+        [s]; the run has round(duration × velocity_rate) steps.
+    pushes : mapping of int to Push
+        Steps of the velocity loop with a push on the robot; a base that takes velocity commands has no forces.
+
+    Yields
+    ------
+    Sample
+        One for each time of the velocity grid, the last one at the run's end; fewer if the run diverges.
+
+    Raises
+    ------
+    LawFailedError
+        If the position law raises, or its command is not finite; after the sample of that time, with a zero command.
+
+    Examples
+    --------
+    >>> len(list(rollout(Configuration(), 0.1)))
+    51
+
+    """
+    return trial_rollout(make_trial(configuration, duration), configuration, pushes)
+
+
+def trial_rollout(
+    trial: Trial, configuration: Configuration, pushes: Mapping[int, Push] = MappingProxyType({})
+) -> Iterator[Sample]:
+    """
+    Run a trial of a configuration and yield the content of the topics; see `rollout`.
+
+    Parameters
+    ----------
+    trial : Trial
+        Made from the configuration, in any scenario.
+    configuration : Configuration
+        Checked.
+    pushes : mapping of int to Push
+        As of `rollout`.
+    """
+    velocity_period = period_nanoseconds(configuration.plant.shared.velocity_rate)
+    loop, state, form = prepared_loop(trial), trial.state, trial.form
+    position_tick = make_position_tick(LAWS[trial.law].step, form)
+    velocity_tick, sensors = make_velocity_tick(form), sensing(form.plant)
+    references_at = references_along(course_of_trial(trial), trial.form.horizon)
+    position_period = trial.ratio * velocity_period
+    applied = NO_TORQUE if form.plant.takes_velocity else WheelTorque(0.0, 0.0)
+    noise = loop.imperfections.noise  # that of the scenario
+    exact = shows_the_truth(configuration) and not (any(noise.pose) or noise.velocity)
+    for k in range(trial.steps + 1):
+        nanoseconds = k * velocity_period
+        if k % trial.ratio == 0:
+            time = nanoseconds / 1e9
+            references = references_at(nanoseconds, position_period)
+            try:
+                after, tick, true = position_tick(state, references, k, time, loop)
+                failure = '' if is_sound(after.command) else 'its command is not finite'
+            except BaseException as error:  # a law can raise anything
+                failure = f'{located_error(error)}'
+            if failure:
+                after, tick, true = make_position_tick(_stand, form)(state, references, k, time, loop)
+                after = after._replace(command=BodyVelocity(0.0, 0.0),
+                                       coming=Coming(NO_ACCELERATION, k) if after.coming else ())
+            truth = None if exact else Truth(state.plant.pose, state.plant.velocity, true)
+            state = after
+        before, over_last_step = state, applied
+        state, torque, applied = velocity_tick(state, k, _pushed(loop, pushes[k], k) if k in pushes else loop)
+        shown = before.sensors, before.plant, k, loop.sensors
+        yield Sample(nanoseconds / 1e9, tick, before.command, *sensors.angles(*shown), sensors.wheels(*shown),
+                     over_last_step, torque, truth)
+        if failure:
+            raise LawFailedError(f'at t = {time:g} s: {failure}')
+        if dynamics.diverged(state.plant, trial.state.plant.pose):
+            return
+
+
+def measure(
+    configuration: Configuration, duration: float, samples: Iterable[Sample] | None = None
+) -> MeasuredRun:
+    """
+    Run the closed loop to its end and measure it.
+
+    Parameters
+    ----------
+    configuration : Configuration
+        Checked.
+    duration : float
+        [s].
+    samples : iterable of Sample or None
+        Of the same rollout, if another user also needs them.
+
+    Returns
+    -------
+    MeasuredRun
+        'completed', 'diverged' or 'law_failed'; `summary` gives the metrics by name.
+
+    Examples
+    --------
+    >>> from mobile_robot_control import Configuration
+    >>> measure(Configuration(), 0.1).outcome
+    'completed'
+
+    """
+    shared = configuration.plant.shared
+    meter = RunMeter(1.0 / shared.velocity_rate, 1.0 / shared.position_rate,
+                     indices=IndexMeter(1.0 / shared.position_rate, configuration))
+    try:
+        for sample in rollout(configuration, duration) if samples is None else samples:
+            meter.add(sample)
+    except LawFailedError:
+        return meter.run('law_failed')
+    complete = meter.last is not None and is_complete(meter.last, duration, shared.velocity_rate)
+    return meter.run('completed' if complete else 'diverged')
+
+
+def recorded(configuration: Configuration, duration: float) -> tuple[MeasuredRun, list[Sample]]:
+    """Run the closed loop to its end or a failure of the law; return the measured run and its samples."""
+    samples: list[Sample] = []
+
+    def kept() -> Iterator[Sample]:
+        for sample in rollout(configuration, duration):
+            samples.append(sample)
+            yield sample
+
+    return measure(configuration, duration, kept()), samples
+
+
+def is_complete(last: Sample, duration: float, velocity_rate: float) -> bool:
+    """
+    Return whether a run reached its end.
+
+    Parameters
+    ----------
+    last : Sample
+        The last one of the run.
+    duration : float
+        Asked for [s].
+    velocity_rate : float
+        [Hz].
+    """
+    return math.isclose(last.time, round(duration * velocity_rate) / velocity_rate, abs_tol=1e-9)

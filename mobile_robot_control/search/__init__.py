@@ -1,0 +1,1 @@
+"""The search for gains, from its request to its page."""

@@ -1,0 +1,177 @@
+"""Requested searches: loop, goal, scenarios and settings."""
+
+from collections.abc import Iterator, Sequence
+from typing import Annotated, Any, NamedTuple
+
+from mobile_robot_control.analysis.modelled import drive_of
+from mobile_robot_control.loop.monte_carlo import LARGEST_SEED, ScenarioDistribution, draw_scenarios
+from mobile_robot_control.loop.scenarios import Scenario, check_laps, configured_scenario, scenario_grid
+from mobile_robot_control.loop.workers import Workers
+from mobile_robot_control.model.motors import LONGEST_DELAY
+from mobile_robot_control.model.plant import VELOCITY as DRIVEN_BY_VELOCITY
+from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError, flatten
+from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.search import space
+from mobile_robot_control.search.objective import COMBINATIONS, DEFAULT_SMOOTH, Goal
+from mobile_robot_control.search.search import ALGORITHMS, SearchSettings
+from mobile_robot_control.search.space import Gains
+from mobile_robot_control.settings.configure import ParameterSources, configure
+from mobile_robot_control.settings.nodes import Configuration
+
+
+def _read_start(value: Any) -> Pose:
+    """Read an offset of the start [m, m, rad], as DX,DY,DYAW or three numbers."""
+    try:
+        x, y, heading = map(float, value.split(',') if isinstance(value, str) else value)
+    except (ValueError, TypeError):
+        raise ValueError('write DX,DY,DYAW, such as --start=-0.2,0,0, or three numbers') from None
+    return Pose(x, y, heading)
+
+
+def _read_bounds(value: Any) -> tuple[str, tuple[float, float]]:
+    """Read NAME=LOW:HIGH, or a name with a pair of numbers."""
+    try:
+        if isinstance(value, str):
+            name, _, interval = value.partition('=')
+            low, _, high = interval.partition(':')
+        else:
+            name, interval = value
+            if isinstance(interval, str):
+                raise TypeError
+            low, high = interval
+        return name, (float(low), float(high))
+    except (ValueError, TypeError):
+        raise ValueError('write NAME=LOW:HIGH, such as k1=0:5, or a pair (low, high), such as (0.0, 5.0)') from None
+
+
+class ScenarioRequest(NamedTuple):
+    """The scenarios of a search, in every combination; omitted fields are as configured."""
+
+    curves: Annotated[tuple[str, ...], Field('', 'curves to drive', choices=CURVES)] = ()
+    scales: Annotated[tuple[float, ...], Field('m', 'sizes of the curves', above=0.0)] = ()
+    start: Annotated[tuple[Pose, ...], Field(
+        '', "offset of the robot's start from the cart's: x, y [m] in the odometry frame, heading [rad], as "
+        '--start=-0.2,0,0; may be repeated'), Reader(_read_start, 'DX,DY,DYAW', again=True)] = ()
+    mass: Annotated[tuple[float, ...], Field('', "factors of the robot's mass and inertia, such as 0.8 1.2", above=0.0)
+                    ] = (1.0,)
+    friction: Annotated[tuple[float, ...], Field('', 'factors of its friction', above=0.0)] = (1.0,)
+    delays: Annotated[tuple[int, ...], Field('', 'delays of the torques in velocity periods, such as 1 2 for the wall '
+                                             'clock', minimum=0, maximum=LONGEST_DELAY)] = ()
+    random: Annotated[int, Field('', 'number of random scenarios, beside those listed', minimum=0, maximum=100_000)] = 0
+    variation: Annotated[float, Field('', 'largest relative change of mass and of friction in random scenarios',
+                                      minimum=0.0, below=1.0)] = 0.2
+    within: Annotated[float, Field('m', "largest distance of a random start from the cart's", above=0.0)] = 1.0
+    scenario_seed: Annotated[int, Field('', 'seed of the random scenarios', minimum=0, maximum=LARGEST_SEED)] = 0
+
+
+class SearchRequest(NamedTuple):
+    """The request of a search; `controller` is a position law, or 'velocity'."""
+
+    sources: ParameterSources
+    controller: Annotated[str, Field(
+        '', "gains to search: those of a position law and of the velocity law ('fuzzy' keeps the latter), or with "
+        "'velocity' those of the velocity law alone", choices=space.SEARCHES)]
+    seed: Annotated[int, Field('', 'seed of all random numbers', minimum=0, maximum=LARGEST_SEED)]
+    algorithm: Annotated[str, Field('', 'search algorithm', choices=tuple(ALGORITHMS))] = 'genetic'
+    population: Annotated[int | None, Field('', "individuals per generation; by default the chapter's 51 or 101",
+                                            minimum=5, maximum=100_000)] = None
+    generations: Annotated[int, Field('', 'number of generations', minimum=1, maximum=10**9)] = 150
+    time_limit: Annotated[float | None, Field('s', 'wall time after which no generation begins', above=0.0)] = None
+    bounds: Annotated[tuple[tuple[str, tuple[float, float]], ...], Field(
+        '', 'bounds of a gain, such as k1=0:5 or position_controller.fuzzy.b[1]=0:2; may be repeated'),
+        Reader(_read_bounds, 'NAME=LOW:HIGH', again=True)] = ()
+    keep: Annotated[tuple[str, ...], Field('', 'gains to leave alone: k1, fuzzy.b[1] or the array fuzzy.b')] = ()
+    with_velocity: Annotated[bool, Field('', "search the velocity gains, too, for a law that keeps them, such as "
+                                         "'fuzzy'")] = False
+    combine: Annotated[str, Field('', 'how the objectives of the scenarios are combined',
+                                     choices=tuple(COMBINATIONS))] = 'mean'
+    literal_torque: Annotated[bool, Field('', 'use max(tau) in Eq. (29) as printed, instead of max|tau|')] = False
+    smooth: Annotated[float | None, Field(
+        '', 'weight of the total variation per second in the objective: of the torques of both wheels [N m/s]; on a '
+        'base that takes velocities, of the commanded rim speeds of the wheels [m/s²]; by default '
+        f'{DEFAULT_SMOOTH["torque"]:g} and {DEFAULT_SMOOTH["velocity"]:g}', minimum=0.0)] = None
+    laps: Annotated[float, Field('', 'laps per rollout', above=0.0)] = 1.0
+    scenarios: Annotated[ScenarioRequest, INLINE] = ScenarioRequest()
+    where: Annotated[Workers, INLINE] = Workers()
+
+
+def _scenarios(request: SearchRequest, parameters: Configuration) -> Iterator[Scenario]:
+    """Yield the scenarios of a search: the listed ones, then the random ones."""
+    asked, nominal = request.scenarios, configured_scenario(parameters)
+    curves: Sequence[str] = asked.curves or (nominal.curve,)
+    scales: Sequence[float] = asked.scales or (nominal.scale,)
+    delays: Sequence[int] = asked.delays or (nominal.delay,)
+    # by default the robot starts with the cart, on every curve
+    given = 'initial_pose' in request.sources.values()['plant']
+    starts = asked.start or (None if given else Pose(0.0, 0.0, 0.0),)
+    yield from scenario_grid(nominal, curves, scales, starts, asked.mass, asked.friction, delays)
+    spread = ScenarioDistribution(tuple(curves), tuple(scales), asked.within, asked.variation, nominal.noise, 0)
+    for n, scenario in enumerate(draw_scenarios(spread, asked.random, asked.scenario_seed)):
+        yield scenario._replace(delay=delays[n % len(delays)])
+
+
+class Search:
+    """
+    A search, checked and ready to run.
+
+    Parameters
+    ----------
+    request : SearchRequest
+        The request; ParameterError is raised if it cannot be searched.
+
+    Attributes
+    ----------
+    parameters : Configuration
+        The initial loop.
+    goal : Goal
+        Target of the optimisation.
+    settings : SearchSettings
+        Algorithm, sizes and seed.
+
+    """
+
+    def __init__(self, request: SearchRequest) -> None:
+        self.request, self.parameters = request, _searched(request)
+        self.goal = _goal(request, self.parameters)
+        self.settings = SearchSettings(
+            request.algorithm, len(self.goal.genes),
+            request.population or space.population_of(request.controller), request.generations, request.seed,
+            request.time_limit or 0.0)
+
+    def tuned(self, gains: Gains) -> Configuration:
+        """Return the loop with other gains, checked as a whole."""
+        values = {node: flatten(group) for node, group in self.parameters._asdict().items()}
+        values['velocity_controller'] |= {f'gains.{name}': x for name, x in gains.velocity._asdict().items()}
+        values['position_controller'] |= flatten(gains.control)
+        return configure(values)
+
+
+def _searched(request: SearchRequest) -> Configuration:
+    """Return the configuration of the searched gains; raise ParameterError if there is none."""
+    parameters = request.sources.configuration()
+    check_laps(request.laps, parameters)
+    velocity = request.controller == space.VELOCITY
+    if parameters.plant.model.drive == DRIVEN_BY_VELOCITY and (velocity or request.with_velocity):
+        raise ParameterError(["plant.drive = 'velocity' has no velocity gains to search for: the base closes that loop "
+                              "itself; search for those of a position law, without --with-velocity"])
+    if velocity:
+        return parameters
+    control = parameters.position_controller.control._replace(controller_type=request.controller)
+    return parameters._replace(position_controller=parameters.position_controller._replace(control=control))
+
+
+def _goal(request: SearchRequest, parameters: Configuration) -> Goal:
+    bounds = dict(request.bounds)
+    genes = space.search_genes(request.controller, request.with_velocity, parameters.plant.model.drive)
+    genes = space.without(genes, request.keep)
+    if parameters.plant.shared.feedforward.enabled:
+        genes += space.feedforward_genes(bounds)
+    genes = space.bounded(genes, bounds)
+    if not genes:
+        raise ParameterError([f"'{request.controller}' leaves nothing to search; --keep less, or declare ranges: "
+                              'Field(..., search=(low, high))'])
+    smooth = DEFAULT_SMOOTH[drive_of(parameters)] if request.smooth is None else request.smooth
+    return Goal(request.controller, genes, tuple(_scenarios(request, parameters)), request.laps, request.combine,
+                request.literal_torque, smooth)

@@ -1,0 +1,192 @@
+"""A search with any of the algorithms: limits, journal, history and progress."""
+
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.search import genetic
+from mobile_robot_control.search.genetic import LOWEST_POINT, Points, Score, Scores
+from mobile_robot_control.search.journal import Journal
+
+_ENDLESS = 10**9
+
+
+def _differential_evolution(score: Score, genes: int, population: int, seed: int) -> None:
+    """Search by SciPy's differential evolution, generation by generation, with the arguments of `genetic.search`."""
+    # slow to import, and unused by the genetic algorithm
+    from scipy.optimize import differential_evolution  # noqa: PLC0415
+
+    def columns(points: Points) -> Scores:
+        return score(np.ascontiguousarray(points.T))
+
+    rng = np.random.default_rng(seed)
+    start = LOWEST_POINT + (1.0 - LOWEST_POINT) * rng.random((population, genes))
+    try:
+        differential_evolution(
+            columns, [(LOWEST_POINT, 1.0)] * genes, init=start, rng=rng, maxiter=_ENDLESS, tol=0.0, polish=False,
+            updating='deferred', vectorized=True,
+        )
+    except RuntimeError as error:
+        # SciPy wraps a ValueError raised by `score`
+        raise error.__cause__ or error from None
+
+
+ALGORITHMS = {'genetic': genetic.search, 'differential_evolution': _differential_evolution}
+
+WORST = 1e9
+"""The score of an individual without a finite score."""
+
+
+class SearchSettings(NamedTuple):
+    """
+    Algorithm, sizes, seed and limit of a search.
+
+    Attributes
+    ----------
+    algorithm : str
+        Of ALGORITHMS.
+    genes, population, generations : int
+        Dimensions, individuals of a generation, and the number of generations.
+    seed : int
+        Of all random numbers.
+    seconds : float
+        Wall time after which no generation begins [s]; 0 means no limit.
+    """
+
+    algorithm: str
+    genes: int
+    population: int
+    generations: int
+    seed: int
+    seconds: float = 0.0
+
+
+class Generation(NamedTuple):
+    """
+    A summary of the scores of a generation.
+
+    Attributes
+    ----------
+    number : int
+        From 1 on.
+    best : float
+        Smallest score of all generations so far.
+    mean : float
+        Over the individuals of this generation with a score; NaN if there is none.
+    lost : int
+        Number of individuals without a score.
+    """
+
+    number: int
+    best: float
+    mean: float
+    lost: int
+
+
+class Found(NamedTuple):
+    """
+    The result of a search.
+
+    Attributes
+    ----------
+    point : array of float or None
+        The best point; None if no generation was scored.
+    score : float
+        Of the best point; infinite if there is none.
+    history : tuple of Generation
+        In order.
+    """
+
+    point: Points | None
+    score: float
+    history: tuple[Generation, ...]
+
+
+class _Ended(Exception):  # noqa: N818 (not an error: the end of a search)
+    """Ends the algorithm: no further generation is scored."""
+
+
+def run_search(
+    settings: SearchSettings,
+    score: Score,
+    journal: Journal | None = None,
+    progress: Callable[[Generation], None] = lambda _: None,
+    stopped: Callable[[], bool] = lambda: False,
+) -> Found:
+    """
+    Search the unit cube for the point with the smallest score.
+
+    Parameters
+    ----------
+    settings : SearchSettings
+        Algorithm, sizes, seed and limit.
+    score : callable
+        Scores the points of a generation, shape (population, genes).
+    journal : Journal or None
+        Replays the scores of a resumed search, and stores the new ones.
+    progress : callable
+        Called with every generation.
+    stopped : callable
+        Called before every generation; the search ends if it returns True.
+
+    Returns
+    -------
+    Found
+        The best point and the history.
+
+    Raises
+    ------
+    OSError
+        If the journal cannot be written; its attribute ``found`` is the result so far.
+    """
+    best: tuple[float, Points | None] = (np.inf, None)
+    history: list[Generation] = []
+    begun = time.monotonic()
+
+    def next_generation(points: Points) -> Scores:
+        nonlocal best
+        scores = journal.replay(points) if journal else None
+        if len(history) >= settings.generations:
+            raise _Ended
+        if scores is None:
+            if 0.0 < settings.seconds <= time.monotonic() - begun or stopped():
+                raise _Ended
+            scores = _clean(score(points))
+            if journal:
+                journal.add(points, scores)
+        first = int(np.argmin(scores))
+        if scores[first] < best[0]:
+            best = float(scores[first]), points[first].copy()
+        good = scores[scores < WORST]
+        mean = float(good.mean()) if len(good) else float('nan')
+        history.append(Generation(len(history) + 1, best[0], mean, len(scores) - len(good)))
+        progress(history[-1])
+        return scores
+
+    try:
+        ALGORITHMS[settings.algorithm](next_generation, settings.genes, settings.population, settings.seed)
+    except _Ended:
+        pass
+    except KeyboardInterrupt:
+        # of a generation that takes long: the ones before it count
+        if not stopped():
+            raise
+    except OSError as error:
+        error.found = Found(best[1], best[0], tuple(history))  # type: ignore[attr-defined]
+        raise
+    return Found(best[1], best[0], tuple(history))
+
+
+def _clean(scores: Scores) -> Scores:
+    """Return the scores with WORST in place of non-finite and larger ones."""
+    return np.where(np.isfinite(scores), np.minimum(scores, WORST), WORST)
+
+
+def no_result(found: Found) -> str:
+    """Explain why a completed search has found nothing; '' if it has."""
+    if found.point is None:
+        return 'the time limit is too short for one generation'
+    return '' if found.score < WORST else (
+        'no individual could be scored: all are unstable or diverge; give tighter --bounds or raise the rates')

@@ -1,0 +1,330 @@
+"""The search space: the searched gains, their bounds, and the gains at a point."""
+
+import math
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from mobile_robot_control.control.compensation import Feedforward
+from mobile_robot_control.control.laws import LAWS, PositionControl, groups_of
+from mobile_robot_control.control.velocity_pi import VelocityGains
+from mobile_robot_control.model.plant import TORQUE
+from mobile_robot_control.parameters.declaration import (
+    Declaration,
+    ParameterError,
+    declarations,
+    nearest,
+    rule_violations,
+)
+from mobile_robot_control.settings.nodes import Configuration
+
+VELOCITY = 'velocity'
+"""The search for the velocity gains alone; every other search has the name of a position law."""
+_VELOCITY_POPULATION = 51
+_EDGE = 0.01
+"""Share of a search's width that counts as its edge."""
+
+
+class Gene(NamedTuple):
+    """
+    One searched number.
+
+    Attributes
+    ----------
+    name : str
+        Node and dotted parameter, such as velocity_controller.gains.k1; an element of an array has its number, from 1,
+        in brackets, such as position_controller.fuzzy.b[1].
+    low, high : float
+        Bounds; the lower one is never reached.
+    """
+
+    name: str
+    low: float
+    high: float
+
+    @property
+    def short(self) -> str:
+        """The name as in the chapter's chromosomes, Fig. 6 and 16, such as k1 or b1."""
+        return _unbracketed(self.name.rpartition('.')[2])
+
+
+def at_the_edge(genes: Sequence[Gene], point: Sequence[float]) -> Iterator[str]:
+    """Report the genes that a point in (0, 1] puts at an edge of their search."""
+    for gene, u in zip(genes, point, strict=True):
+        if not _EDGE < u < 1.0 - _EDGE:
+            yield (f'{gene.name} is at the {"lower" if u < _EDGE else "upper"} edge of its search, {gene.low:g} to '
+                   f'{gene.high:g}: a search with other --bounds may find better gains')
+
+
+class Place(NamedTuple):
+    """
+    The place of a gene's number among the parameters.
+
+    Attributes
+    ----------
+    node, group, field : str
+        Names.
+    element : int or None
+        Index in an array, from 0; None for a single number.
+    """
+
+    node: str
+    group: str
+    field: str
+    element: int | None
+
+
+def place_of(name: str) -> Place:
+    """Return the place of a gene's number from the gene's name."""
+    node, group, field = name.split('.')
+    field, _, element = field.rstrip(']').partition('[')
+    return Place(node, group, field, int(element) - 1 if element else None)
+
+
+def _unbracketed(name: str) -> str:
+    return re.sub(r'\[(\d+)\]$', r'\1', name)
+
+
+class _Searches(Collection[str]):
+    """The possible searches: the velocity gains alone, and each position law, including laws loaded later."""
+
+    def __contains__(self, name: object) -> bool:
+        return name == VELOCITY or name in LAWS
+
+    def __iter__(self) -> Iterator[str]:
+        return iter((VELOCITY, *LAWS))
+
+    def __len__(self) -> int:
+        return 1 + len(LAWS)
+
+
+SEARCHES = _Searches()
+
+
+def population_of(search: str) -> int:
+    """Return the individuals of a generation; for the chapter's searches, the chapter's number."""
+    return _VELOCITY_POPULATION if search == VELOCITY else LAWS[search].population
+
+
+def _genes_of(node: str, prefix: str, group: type) -> list[Gene]:
+    """Return the genes of a group of gains, from the ranges of its fields."""
+    genes = []
+    for name, declared in declarations(group).items():
+        field, dotted = declared.field, f'{node}.{prefix}.{name}'
+        if declared.kind is tuple:
+            genes += [Gene(f'{dotted}[{n}]', *bounds) for n, bounds in enumerate(field.search, 1)]
+        elif field.search:
+            genes.append(Gene(dotted, *field.search))
+    return genes
+
+
+def search_genes(search: str, with_velocity: bool = False, drive: str = TORQUE) -> tuple[Gene, ...]:
+    """
+    Return the genes of a search: those of its law's groups, and of the velocity law if the search includes them.
+
+    Parameters
+    ----------
+    search : str
+        Of `searches`.
+    with_velocity : bool
+        Include the velocity gains even if the law's own searches leave them out.
+    drive : str
+        Kind of plant; a base that takes velocities has no velocity gains.
+
+    """
+    genes: list[Gene] = []
+    if search != VELOCITY:
+        law = LAWS[search]
+        for group in groups_of(law):
+            genes += _genes_of('position_controller', group, LAWS[group].gains)
+    if drive == TORQUE and (search == VELOCITY or with_velocity or LAWS[search].with_velocity_gains):
+        genes += _genes_of('velocity_controller', 'gains', VelocityGains)
+    return tuple(genes)
+
+
+def feedforward_genes(named: Iterable[str]) -> tuple[Gene, ...]:
+    """Return the genes of a feedforward's delays; only those with given bounds are searched."""
+    return tuple(gene for gene in _genes_of('position_controller', 'feedforward', Feedforward)
+                 if _short_forms(gene.name) & set(named))
+
+
+def _short_forms(name: str) -> set[str]:
+    """Return the abbreviations of a gene's name: its ends after a dot, also without brackets."""
+    parts = name.split('.')
+    ends = {'.'.join(parts[n:]) for n in range(len(parts))}
+    return ends | {_unbracketed(end) for end in ends}
+
+
+def _resolve(option: str, genes: Sequence[Gene], given: str, arrays: bool = False) -> list[str]:
+    """Return the genes that a name stands for; raise ParameterError unless that is one gene or one array."""
+    names = [gene.name for gene in genes]
+    if given in names:
+        return [given]
+    found = [name for name in names if given in _short_forms(name)]
+    if not found and arrays:
+        found = [name for name in names if given in _short_forms(name.partition('[')[0])]
+    parameters = {name.partition('[')[0] if arrays else name for name in found}
+    if len(parameters) > 1:
+        raise ParameterError([f"{option}: '{given}' may be {' or '.join(found)}; write the whole name"])
+    if not found:
+        known = {*names, *(gene.short for gene in genes)}
+        raise ParameterError([f"{option}: there is no gene '{given}' here; {nearest(given, known)}"])
+    return found
+
+
+def _declaration(name: str) -> Declaration:
+    place = place_of(name)
+    if place.node == 'velocity_controller':
+        return declarations(VelocityGains)[place.field]
+    return declarations(Feedforward if place.group == 'feedforward' else LAWS[place.group].gains)[place.field]
+
+
+def _outside(name: str, low: float, high: float) -> str:
+    """Describe the fault in the bounds of a gene; '' if there is none."""
+    field = _declaration(name).field
+    # the lower bound itself is never reached
+    least = max((bound for bound in (field.above, field.minimum) if bound is not None), default=-math.inf)
+    most = math.inf if field.maximum is None else field.maximum
+    if least <= low < high <= most:
+        return ''
+    return f'bounds: {name} = {low}:{high} is not allowed; it must hold that {least} <= low < high <= {most}'
+
+
+def bounded(genes: Sequence[Gene], bounds: Mapping[str, tuple[float, float]]) -> tuple[Gene, ...]:
+    """
+    Return genes with other bounds, low and high by name, or by an unambiguous short name.
+
+    Raises ParameterError if a name is unknown or ambiguous, or if bounds allow a value that the controller refuses.
+    """
+    wrong: list[str] = []
+    found: dict[str, tuple[float, float]] = {}
+    for given, (low, high) in bounds.items():
+        try:
+            name = _resolve('bounds', genes, given)[0]
+        except ParameterError as error:
+            wrong += error.violations
+            continue
+        wrong += filter(None, [_outside(name, low, high)])
+        found[name] = low, high
+    if wrong:
+        raise ParameterError(wrong)
+    return tuple(Gene(gene.name, *found.get(gene.name, (gene.low, gene.high))) for gene in genes)
+
+
+def without(genes: Sequence[Gene], kept: Collection[str]) -> tuple[Gene, ...]:
+    """Return genes without the excluded ones, named as for `bounded`, or as a whole array."""
+    left_out = {name for given in kept for name in _resolve('keep', genes, given, arrays=True)}
+    return tuple(gene for gene in genes if gene.name not in left_out)
+
+
+class Gains(NamedTuple):
+    """The gains that a search may change: those of the velocity law and of the position laws."""
+
+    velocity: VelocityGains
+    control: PositionControl
+
+    def group(self, node: str, name: str) -> Any:
+        """Return a group of gains of a node by name."""
+        return self.velocity if node == 'velocity_controller' else getattr(self.control, name)
+
+    def with_group(self, node: str, name: str, group: Any) -> 'Gains':
+        """Return the gains with another group."""
+        if node == 'velocity_controller':
+            return self._replace(velocity=group)
+        return self._replace(control=self.control._replace(**{name: group}))
+
+
+@lru_cache(maxsize=32)
+def _places(genes: tuple[Gene, ...]) -> tuple[Place, ...]:
+    return tuple(place_of(gene.name) for gene in genes)
+
+
+def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains:
+    """
+    Return the gains at a point.
+
+    Parameters
+    ----------
+    genes : sequence of Gene
+        With their bounds.
+    point : sequence of float
+        In (0, 1].
+    gains : Gains
+        Values for all numbers that no gene changes.
+
+    Returns
+    -------
+    Gains
+        After the laws' `repair`. They may still break rules of their groups, see `violations`; stability of the
+        velocity loop depends on the robot and the rate.
+    """
+    drawn: dict[tuple[str, str], dict[str, Any]] = {}
+    for gene, place, u in zip(genes, _places(tuple(genes)), point, strict=True):
+        fields = drawn.setdefault((place.node, place.group), {})
+        number = gene.low + (gene.high - gene.low) * float(u)
+        if place.element is None:
+            fields[place.field] = number
+        else:
+            array = fields.get(place.field) or getattr(gains.group(place.node, place.group), place.field)
+            fields[place.field] = (*array[:place.element], number, *array[place.element + 1:])
+    for (node, name), fields in drawn.items():
+        before = gains.group(node, name)
+        group = before._replace(**fields)
+        repair = LAWS[name].repair if name in LAWS else None
+        if repair is not None:
+            group = _with_kept(repair(group), before, genes, node, name)
+        gains = gains.with_group(node, name, group)
+    return gains
+
+
+def _with_kept(group: Any, before: Any, genes: Sequence[Gene], node: str, name: str) -> Any:
+    """Return a group with the previous values of all numbers that no gene changes."""
+    places = {(place.field, place.element) for place in _places(tuple(genes))
+              if (place.node, place.group) == (node, name)}
+    kept: dict[str, Any] = {}
+    for field, value in before._asdict().items():
+        if isinstance(value, tuple):
+            kept[field] = tuple(after if (field, n) in places else old
+                                for n, (old, after) in enumerate(zip(value, getattr(group, field), strict=True)))
+        elif (field, None) not in places:
+            kept[field] = value
+    return group._replace(**kept)
+
+
+def violations(genes: Sequence[Gene], gains: Gains) -> list[str]:
+    """List the rules of the searched groups that gains break."""
+    groups = {(place.node, place.group) for place in _places(tuple(genes))}
+    return [text for node, name in sorted(groups) for text in rule_violations(gains.group(node, name))]
+
+
+def rounded(gains: Gains) -> Gains:
+    """Return gains rounded to six significant digits, finer than the resolution of a gene."""
+    short: Gains = _rounded(gains)
+    return short
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return float(f'{value:.6g}')
+    if isinstance(value, PositionControl):
+        return PositionControl(**{name: _rounded(part) for name, part in value._asdict().items()})
+    if isinstance(value, tuple):
+        parts = map(_rounded, value)
+        return type(value)(*parts) if hasattr(value, '_fields') else tuple(parts)
+    return value
+
+
+def configured_gains(configuration: Configuration) -> Gains:
+    """Return the gains of a configuration."""
+    return Gains(configuration.velocity_controller.gains, configuration.position_controller.control)
+
+
+def parameters(genes: Sequence[Gene], gains: Gains) -> dict[str, dict[str, Any]]:
+    """Return the groups of parameters that a search has changed: values by dotted name, by node."""
+    found: dict[str, dict[str, Any]] = {}
+    for node, name in dict.fromkeys((place.node, place.group) for place in _places(tuple(genes))):
+        first = {'controller_type': gains.control.controller_type} if node == 'position_controller' else {}
+        group = gains.group(node, name)._asdict()
+        found.setdefault(node, first).update({f'{name}.{field}': value for field, value in group.items()})
+    return found

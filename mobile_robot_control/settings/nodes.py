@@ -1,0 +1,394 @@
+"""The parameters of the four nodes, shared or their own, and the rules between them."""
+
+import math
+from collections.abc import Iterator
+from functools import lru_cache
+from typing import Annotated, Any, NamedTuple
+
+from mobile_robot_control.control.approach import ApproachParameters
+from mobile_robot_control.control.laws import LAWS, PositionControl, select
+from mobile_robot_control.control.limits import TrackingLimit
+from mobile_robot_control.control.velocity_pi import VelocityGains, instability
+from mobile_robot_control.model.base import base_violations
+from mobile_robot_control.model.friction import Friction
+from mobile_robot_control.model.motors import Motor
+from mobile_robot_control.model.plant import VELOCITY, PlantModel
+from mobile_robot_control.model.robot import Robot
+from mobile_robot_control.model.sensors import is_ideal, sensor_violations
+from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError, declarations, rule
+from mobile_robot_control.quantities import FASTEST, NANOSECONDS, period_nanoseconds
+from mobile_robot_control.reference.cart import CurveParameters, Placement, too_fast_to_send
+from mobile_robot_control.reference.course import Course, make_course
+from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.path_parameters import (
+    NO_FILE,
+    Drive,
+    PathParameters,
+    PathRequest,
+    Timing,
+    path_violations,
+)
+from mobile_robot_control.reference.waiting import WaitParameters
+from mobile_robot_control.reference.waypoints import Waypoints, read_waypoints_once
+from mobile_robot_control.topics import LOOPS, PATH_TOPIC, LoopGraph, extended, with_truth
+
+SENT, SAMPLED = 'sent', 'sampled'
+
+
+class FeedforwardSwitch(NamedTuple):
+    """The switch for feedforward of the reference's acceleration."""
+
+    enabled: Annotated[
+        bool, Field('', "feed the reference's acceleration forward: the command leads by feedforward.lag and "
+                        'feedforward.dead_time, and wheel torques contain the inverse dynamics of robot; needs '
+                        'reference_horizon >= 1')
+    ] = False
+
+
+class Shared(NamedTuple):
+    """Parameters shared by all four nodes."""
+
+    robot: Robot = Robot()
+    velocity_rate: Annotated[
+        float, Field('Hz', 'rate of the plant and the velocity loop, with a period of whole nanoseconds: larger allows '
+                     'larger velocity gains and costs more CPU', minimum=0.001, maximum=FASTEST)
+    ] = 500.0
+    position_rate: Annotated[
+        float, Field('Hz', 'rate of the position loop, a divisor of velocity_rate: larger makes smaller steps of the '
+                     'command', minimum=0.001, maximum=FASTEST)
+    ] = 100.0
+    lockstep: Annotated[
+        bool, Field('', 'true: simulated time waits for every node; false: each node runs on its own wall clock')
+    ] = True
+    peer_timeout: Annotated[
+        float, Field('s', 'wall time after which a node reports that an input is missing', above=0.0)
+    ] = 2.0
+    stamp_tolerance: Annotated[
+        float, Field('s', 'wall clock: largest difference of a stamp from now; other messages are refused', above=0.0)
+    ] = 0.5
+    stamped_cmd_vel: Annotated[
+        bool, Field('', 'false: cmd_vel is a plain Twist, for bases that take no other (on the wall clock alone)')
+    ] = True
+    odometry_stamped: Annotated[
+        str, Field('', 'time of the stamp of odom: sent, when the base sends it, or sampled, when it measures; with '
+                       'sampled, a controller that compensates latency knows its age', choices=(SENT, SAMPLED))
+    ] = SENT
+    reference_horizon: Annotated[
+        int, Field('', "position ticks ahead with the cart's pose, velocity and acceleration on reference_horizon, 0 "
+                       'for none: larger lets a law look farther ahead', minimum=0, maximum=1000)
+    ] = 0
+    feedforward: FeedforwardSwitch = FeedforwardSwitch()
+    odom_frame_id: Annotated[str, Field('', 'frame of odometry, reference and path')] = 'odom'
+    base_frame_id: Annotated[str, Field('', "frame of the robot, at the axle's centre")] = 'base_link'
+    reference_frame_id: Annotated[str, Field('', 'frame of the reference cart')] = 'reference_cart'
+
+    @property
+    def stamps_samples(self) -> bool:
+        """Whether odom carries the time of its sampling as its stamp."""
+        return self.odometry_stamped == SAMPLED
+
+    @property
+    def has_odom_time(self) -> bool:
+        """Whether a separate message carries it: in lockstep the stamp of odom is that of the question."""
+        return self.lockstep and self.stamps_samples
+
+
+def _whole_nanoseconds(rate: float) -> bool:
+    """Return whether the period of a rate [Hz] is whole nanoseconds."""
+    period = period_nanoseconds(rate)
+    return period >= 1 and math.isclose(period * rate, NANOSECONDS, rel_tol=1e-12)
+
+
+@rule
+def _rates_divide(shared: Shared) -> Iterator[str]:
+    rates = {'velocity_rate': shared.velocity_rate, 'position_rate': shared.position_rate}
+    for name, rate in rates.items():
+        if not _whole_nanoseconds(rate):
+            near = NANOSECONDS / max(1, period_nanoseconds(rate))
+            yield (f'{name} = {rate} Hz has a period of {NANOSECONDS / rate:.3f} ns; stamps need whole nanoseconds: '
+                   f'the nearest rate is {near!r} Hz')
+    if all(_whole_nanoseconds(rate) for rate in rates.values()):
+        ratio = shared.velocity_rate / shared.position_rate
+        if period_nanoseconds(shared.position_rate) % period_nanoseconds(shared.velocity_rate):
+            lower, upper = math.floor(ratio), math.ceil(ratio)
+            choices = ' or '.join(repr(shared.velocity_rate / n) for n in (upper, lower) if n)
+            yield (f'position_rate = {shared.position_rate} Hz does not divide velocity_rate = '
+                   f'{shared.velocity_rate} Hz; take {choices} Hz')
+
+
+@rule
+def _lockstep_needs_stamps(shared: Shared) -> Iterator[str]:
+    if shared.lockstep and not shared.stamped_cmd_vel:
+        yield ('stamped_cmd_vel = False needs lockstep = False: in lockstep stamps decide; '
+               'set lockstep to false, or leave cmd_vel stamped')
+
+
+@rule
+def _feedforward_needs_accelerations(shared: Shared) -> Iterator[str]:
+    if shared.feedforward.enabled and shared.reference_horizon < 1:
+        yield ("feedforward.enabled = True needs reference_horizon = 1 or more, which is 0; write both under '/**'")
+
+
+_LONGEST_STEP = 3600.0
+"""Longest wall time of a step when simulated time is slowed down [s]."""
+
+
+class PlantParameters(NamedTuple):
+    """Parameters of the node `plant`."""
+
+    shared: Annotated[Shared, INLINE] = Shared()
+    initial_pose: Annotated[
+        tuple[float, ...],
+        Field('m, m, rad', "start of the robot: x, y, yaw; if not given, the commands start it at the cart's start; a "
+                           'change acts at the next reset', length=3, live=True)
+    ] = (1.0, 0.0, 0.5 * math.pi)
+    duration: Annotated[
+        float, Field('s', 'length of the run; 0 for no end', minimum=0.0)
+    ] = 0.0
+    real_time_factor: Annotated[
+        float, Field('', 'simulated time per wall time in lockstep, 0 for as fast as possible: larger runs faster',
+                     minimum=0.0, live=True)
+    ] = 1.0
+    paused: Annotated[
+        bool, Field('', 'hold simulated time and repeat the present messages; on the wall clock, only joint_states',
+                    live=True)
+    ] = False
+    hold_at: Annotated[
+        float, Field('s', 'time from the start at which the run holds, like paused, until this is raised; 0 for none',
+                     minimum=0.0, live=True)
+    ] = 0.0
+    publish_clock: Annotated[bool, Field('', 'publish /clock in lockstep (one robot a domain)')] = True
+    publish_tf: Annotated[bool, Field('', 'publish odom -> base_link on /tf if tf2_ros is installed')] = True
+    torque_timeout: Annotated[
+        float, Field('s', 'wall clock: time without wheel_torques after which the torque falls to zero: larger '
+                     'drives on longer', above=0.0)
+    ] = 0.1
+    pose_covariance_diagonal: Annotated[
+        tuple[float, ...], Field('m², rad²', 'diagonal of the covariance of odom.pose', minimum=0.0, length=6)
+    ] = (0.0,) * 6
+    twist_covariance_diagonal: Annotated[
+        tuple[float, ...], Field('m²/s², rad²/s²', 'diagonal of the covariance of odom.twist', minimum=0.0, length=6)
+    ] = (0.0,) * 6
+    model: Annotated[PlantModel, INLINE] = PlantModel()
+
+
+class VelocityControllerParameters(NamedTuple):
+    """Parameters of the node `velocity_controller`."""
+
+    shared: Annotated[Shared, INLINE] = Shared()
+    gains: VelocityGains = VelocityGains()
+    cmd_vel_timeout: Annotated[
+        float, Field('s', 'wall clock: time without cmd_vel after which the command falls to zero, 0 for never: larger '
+                     'drives on longer',
+                     minimum=0.0)
+    ] = 0.5
+    max_wheel_torque: Annotated[
+        float, Field('N m', 'limit of each torque asked for, with anti-windup, 0 for none: larger accelerates harder',
+                     minimum=0.0, live=True)
+    ] = 0.0
+
+
+class PositionControllerParameters(NamedTuple):
+    """Parameters of the node `position_controller`."""
+
+    shared: Annotated[Shared, INLINE] = Shared()
+    control: Annotated[PositionControl, INLINE] = PositionControl()
+    input_timeout: Annotated[
+        float, Field('s', 'wall clock: time without odom or reference after which cmd_vel falls to zero: larger '
+                     'drives on longer', above=0.0)
+    ] = 0.5
+    compensate_latency: Annotated[
+        bool, Field('', 'extrapolate odometry along its arc over its age: odom_latency, plus the age of its stamp on '
+                        'the wall clock, plus the steps of a repeated sample in lockstep; on the wall clock, also the '
+                        'reference', live=True)
+    ] = False
+    odom_latency: Annotated[
+        float, Field('s', "age of odometry that its stamp does not show, optionally plus the base's dead time: larger "
+                          'extrapolates farther', minimum=0.0, live=True)
+    ] = 0.0
+    stop_on_odom_conflict: Annotated[
+        bool, Field('', 'wall clock: stop the robot while several publishers of odom contradict each other',
+                    live=True)
+    ] = True
+    # in addition to those of the command in `control`, which rollouts take
+    limits: TrackingLimit = TrackingLimit()
+    approach: ApproachParameters = ApproachParameters()
+
+
+class ReferenceCartParameters(NamedTuple):
+    """Parameters of the node `reference_cart`."""
+
+    shared: Annotated[Shared, INLINE] = Shared()
+    curve: Annotated[CurveParameters, INLINE] = CurveParameters()
+    waiting: Annotated[WaitParameters, INLINE] = WaitParameters()
+    path: PathParameters = PathParameters()
+    timing: Timing = Timing()
+    # as for the plant, for the torques of a path
+    motor: Motor = Motor()
+    friction: Friction = Friction()
+
+
+class Configuration(NamedTuple):
+    """The parameters of all four nodes of a run, by node name."""
+
+    plant: PlantParameters = PlantParameters()
+    velocity_controller: VelocityControllerParameters = VelocityControllerParameters()
+    position_controller: PositionControllerParameters = PositionControllerParameters()
+    reference_cart: ReferenceCartParameters = ReferenceCartParameters()
+
+
+PACE = ('paused', 'hold_at', 'real_time_factor')
+"""Parameters of the plant that change no number of a run and cause no events."""
+NODES: dict[str, Any] = dict(Configuration.__annotations__)
+"""The parameter class of each node, by node name."""
+
+
+def counted_twice(parameters: PositionControllerParameters) -> Iterator[str]:
+    """Report an age of odometry that is compensated twice."""
+    if parameters.compensate_latency and parameters.odom_latency and parameters.shared.stamps_samples:
+        yield (f'odom_latency = {parameters.odom_latency:g} s is added to the age that the stamps of odom show '
+               '(odometry_stamped: sampled): leave it out, unless odometry is older than its stamps')
+
+
+def has_exact_odometry(plant: PlantParameters) -> bool:
+    """Return whether `odom` is the true motion, so that the plant needs no `ground_truth`."""
+    noise = plant.model.imperfections.noise
+    return is_ideal(plant.model.encoders, plant.model.odometry) and not (any(noise.pose) or noise.velocity)
+
+
+def path_of(cart: ReferenceCartParameters) -> PathRequest | tuple[()]:
+    """Return the path of the cart; () for a curve."""
+    if cart.curve.curve != PATH:
+        return ()
+    if cart.path.file == NO_FILE:
+        raise ParameterError([f"curve = '{PATH}' needs path.file, a file of waypoints: only nodes take a path from the "
+                              f'topic {PATH_TOPIC}'])
+    return path_request(cart, read_waypoints_once(cart.path.file))
+
+
+def path_request(cart: ReferenceCartParameters, waypoints: Waypoints) -> PathRequest:
+    """Return the request to plan a path through waypoints."""
+    motor = cart.motor
+    return PathRequest(waypoints, cart.path, cart.timing,
+                       Drive(cart.shared.robot, cart.friction.coulomb, motor.stall_torque, motor.no_load_speed))
+
+
+def awaits_path(cart: ReferenceCartParameters) -> bool:
+    """Return whether the cart stands until a path arrives on the topic `path`."""
+    return cart.curve.curve == PATH and cart.path.file == NO_FILE
+
+
+def course_of(cart: ReferenceCartParameters) -> Course:
+    """Return the course of the cart."""
+    return make_course(cart.curve.curve, cart.curve.placement, path_of(cart))
+
+
+def known_course(cart: ReferenceCartParameters) -> Course | None:
+    """Return the course of the cart; None if it awaits a path."""
+    return None if awaits_path(cart) else course_of(cart)
+
+
+def with_options(loop: LoopGraph, shared: Shared) -> LoopGraph:
+    """Return a loop with the topics that the shared parameters require."""
+    return extended(loop, shared.reference_horizon > 0, shared.feedforward.enabled, shared.has_odom_time)
+
+
+def loop_of(plant: PlantParameters) -> LoopGraph:
+    """Return the loop of a plant."""
+    loop = with_options(LOOPS[plant.model.drive], plant.shared)
+    return loop if has_exact_odometry(plant) else with_truth(loop)
+
+
+def parameter_names() -> dict[str, set[str]]:
+    """Return the dotted names of the parameters of each node, with those of the laws registered now."""
+    return _parameter_names(LAWS.version)
+
+
+@lru_cache(maxsize=1)
+def _parameter_names(_version: int) -> dict[str, set[str]]:
+    """Return the names, which depend on the registered laws alone."""
+    return {node: set(declarations(group)) for node, group in NODES.items()}
+
+
+@rule
+def _law_prepares(parameters: PositionControllerParameters) -> Iterator[str]:
+    try:
+        select(parameters.control, 1.0 / parameters.shared.position_rate)
+    except ParameterError as error:
+        yield from error.violations
+
+
+@rule
+def _horizon_is_long(parameters: PositionControllerParameters) -> Iterator[str]:
+    law, given = LAWS[parameters.control.controller_type], parameters.shared.reference_horizon
+    if law.horizon > given:
+        yield (f"the law '{law.name}' needs reference_horizon = {law.horizon} or more, which is {given}; write it "
+               "under '/**', and start the nodes again")
+
+
+@rule
+def _path_is_planned(cart: ReferenceCartParameters) -> Iterator[str]:
+    """Refuse an incomplete path, an infeasible one, and parameters without effect."""
+    if cart.curve.curve != PATH:
+        for name, value in cart.path._asdict().items():
+            if value != getattr(PathParameters(), name):
+                yield (f"path.{name} = {value} is of curve = '{PATH}', and curve is '{cart.curve.curve}'; leave it "
+                       'out, or change curve')
+        return
+    missing = [*_unplaced(cart), *path_violations(cart.path, cart.timing, cart.motor.stall_torque)]
+    yield from missing
+    if not missing and not awaits_path(cart):
+        try:
+            course_of(cart)
+        except ParameterError as error:
+            yield from error.violations
+
+
+def _unplaced(cart: ReferenceCartParameters) -> Iterator[str]:
+    """Yield the parameters that place a curve, which are meaningless for a path."""
+    for name, value in cart.curve.placement._asdict().items():
+        if value != getattr(Placement(), name):
+            yield (f"{name} = {list(value) if isinstance(value, tuple) else value} places a curve, and curve is "
+                   f"'{PATH}': leave it out, since waypoints and timing decide")
+
+
+@rule
+def _horizon_can_be_sent(parameters: ReferenceCartParameters) -> Iterator[str]:
+    if parameters.shared.reference_horizon and parameters.curve.curve != PATH:
+        yield from too_fast_to_send(parameters.curve)
+
+
+@rule
+def _duration_has_a_step(plant: PlantParameters) -> Iterator[str]:
+    rate = plant.shared.velocity_rate
+    # a run without a step would have no end
+    if plant.duration > 0.0 and round(plant.duration * rate) < 1:
+        yield (f'duration = {plant.duration} s is too short for a step at velocity_rate = {rate} Hz; '
+               f'take at least {1.0 / rate:g} s, or 0 for no end')
+
+
+@rule
+def _a_step_ends(plant: PlantParameters) -> Iterator[str]:
+    factor, period = plant.real_time_factor, 1.0 / plant.shared.velocity_rate
+    # below some 1e-13 a step would last longer than the longest timer
+    if factor > 0.0 and factor * _LONGEST_STEP < period:
+        yield (f'real_time_factor = {factor} is too small: a step would take {period / factor:.3g} s of wall time; '
+               f'write at least {period / _LONGEST_STEP:g}, or 0 for as fast as possible')
+
+
+@rule
+def _queues_are_short(plant: PlantParameters) -> Iterator[str]:
+    model, shared = plant.model, plant.shared
+    grid = period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate)
+    if model.drive == VELOCITY:
+        yield from base_violations(model.base, *grid)
+    yield from sensor_violations(model.encoders, model.odometry, *grid)
+
+
+@rule
+def velocity_loop_is_stable(parameters: VelocityControllerParameters) -> Iterator[str]:
+    """Refuse gains that are unstable at the rate; a base that takes velocity commands has no such loop."""
+    shared = parameters.shared
+    found = instability(parameters.gains, shared.robot, shared.velocity_rate, shared.lockstep)
+    if found:
+        yield found

@@ -1,0 +1,1 @@
+"""Monte Carlo studies, from their request to their page."""

@@ -1,0 +1,188 @@
+"""
+The command `study`: test controllers in the same random starts, robots, noise and delay.
+
+A run has at most 1e8 steps. Add `--runs 20` to try it.
+
+For example:
+  study --runs 2000 --seed 1 --compare config/backstepping.yaml config/fuzzy.yaml --output runs/study
+
+Files written to DIR:
+  study.json  statistics of each controller (docs/metrics.md#studyjson)
+  runs.csv    one row per run and controller, numbered from 1 (docs/metrics.md#studyjson)
+  study.html  the best controller and its lead with an interval, success rates, distributions of all
+              metrics, the map of the starts with the numbers of each run under the pointer, and a
+              sortable table of all runs with the command that repeats each; the first 8 runs in
+              which a controller fails, and 3 in the middle of those in which all succeed, replay by a
+              click, unless Ctrl-C ended the study
+  starts.png, starts.svg
+              map of the starts; the SVG follows light and dark pages
+
+The output says for each controller where it fails (docs/tuning.md#where-a-controller-fails) and what the
+numbers hold for (docs/promises.md), then compares them (docs/tuning.md#two-controllers-compared).
+"""
+
+import argparse
+import csv
+import io
+import json
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from mobile_robot_control.cli import make_main, make_parser, request_of
+from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.figures.drawing import draw_and_save
+from mobile_robot_control.loop.closed_loop import Sample
+from mobile_robot_control.loop.scenarios import scenario_trial
+from mobile_robot_control.loop.workers import runner
+from mobile_robot_control.parameters.declaration import Field, ParameterError
+from mobile_robot_control.report.report_writing import MOST, write_report
+from mobile_robot_control.runs.metrics import summary
+from mobile_robot_control.runs.rollout import measure, trial_rollout
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.samples import collect
+from mobile_robot_control.settings.nodes import Configuration
+from mobile_robot_control.settings.provenance import provenance
+from mobile_robot_control.studying.engine import (
+    StudiedController,
+    StudyRequest,
+    as_cell,
+    drawn_scenarios,
+    run_study,
+    studied_controllers,
+    study_answer,
+    study_columns,
+    study_lines,
+    study_rows,
+    study_values,
+)
+from mobile_robot_control.studying.failures import scenario_text
+from mobile_robot_control.studying.page import Judgement, StudiedRuns, chosen_runs, starts_figure, write_study_page
+from mobile_robot_control.system.files import writable_file, write_atomically
+from mobile_robot_control.system.process import Interrupt
+from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.texts import answer_lines, printable
+
+
+class StudyFiles(NamedTuple):
+    """The files of a study."""
+
+    output: Annotated[str, Field('', 'folder for all files')]
+    overwrite: Annotated[bool, Field('', 'replace a study in this folder')] = False
+    only: Annotated[int | None, Field('', 'repeat run N alone, from 1 on, with all controllers, into a report in '
+                                      'DIR/run_N', minimum=1)] = None
+
+
+def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str) -> int:
+    """Study and write; return 0, or 1 after an interrupt."""
+    controllers = studied_controllers(request)
+    folder = Path(files.output)
+    if files.only is not None:
+        return _replay_into_files(request, controllers, files.only, folder, command_line)
+    if (folder / 'study.json').exists() and not files.overwrite:
+        raise ParameterError([f'{folder}: holds a study already; name another folder, or add --overwrite'])
+    folder.mkdir(parents=True, exist_ok=True)
+    # check that the folder is writable before anything long begins
+    writable_file(str(folder / 'runs.csv'))
+    total = request.runs * len(controllers)
+    with Interrupt() as interrupt, runner(request.where) as run, tqdm(total=total, disable=None, unit='run') as bar:
+        results = run_study(request, controllers, run, bar.update, lambda: interrupt.requested)
+    if not results:
+        print('study: interrupted before the first runs were done', file=sys.stderr)
+        return 1
+    write_study(folder, request, results, provenance(
+        command_line, {name: one.parameters for name, one in results.items()}), interrupt.requested)
+    print(*answer_lines(study_answer(request, results), study_lines(request, results), str(folder / 'study.html')),
+          sep='\n')
+    if interrupt.requested:
+        print('study: interrupted; the files hold what was done', file=sys.stderr)
+        return 1
+    return 0
+
+
+def write_study(
+    folder: Path, request: StudyRequest, results: Mapping[str, StudiedController], made: Mapping[str, Any],
+    interrupted: bool = False,
+) -> Path:
+    """Write `study.json`, `runs.csv`, `starts.png` and `study.html` into a folder, and return the page."""
+    values = study_values(request, results, interrupted)
+    write_atomically(folder / 'study.json', json.dumps({**values, 'provenance': made}, indent=2) + '\n')
+    write_atomically(folder / 'runs.csv', _table(results))
+    # after Ctrl-C nothing more is run
+    chosen = [] if interrupted else chosen_runs([one.judged for one in results.values()])
+    studied = {name: StudiedRuns(one.scenarios, one.judged, one.promise, replayed_runs(one, request.laps, chosen))
+               for name, one in results.items()}
+    svg = draw_and_save(starts_figure(studied), folder / 'starts.png')
+    judgement = Judgement(values['success'], request.metrics, request.settled_within)
+    write_study_page(folder / 'study.html', studied, judgement, svg, made, interrupted)
+    return folder / 'study.html'
+
+
+def _replay_into_files(
+    request: StudyRequest, controllers: Mapping[str, Configuration], number: int, folder: Path, command_line: str
+) -> int:
+    """Repeat one of the runs with each controller, and write a report of them."""
+    if number > request.runs:
+        raise ParameterError([f'--only {number}: the study has {request.runs} runs; name one from 1 to {request.runs}'])
+    runs = []
+    for name, parameters in controllers.items():
+        scenario = drawn_scenarios(request, parameters)[number - 1]
+        trial = scenario_trial(parameters, scenario, request.laps, 0.75 * request.laps)
+        samples = list(_until_failure(trial_rollout(trial, parameters)))
+        if samples:
+            runs.append(Run(name, collect(samples), (), summary(measure(parameters, samples[-1].time, samples)),
+                            parameters))
+    print(f'run {number}: {scenario_text(scenario)}')
+    if not runs:
+        raise ParameterError([f'--only {number}: each law fails at the first step, and there is nothing to report'])
+    if len(runs) > MOST:
+        print(f'study: the report shows {MOST} of {len(runs)} controllers; leave out some of --compare to see others',
+              file=sys.stderr)
+    file = write_report(runs[:MOST], folder / f'run_{number}', lambda _: None, command_line=command_line)
+    print(f'report: {printable(str(file.resolve()))}')
+    return 0
+
+
+def replayed_runs(studied: StudiedController, laps: float, chosen: Sequence[int]) -> dict[int, Run]:
+    """Return some runs of a controller by their index."""
+    found = {}
+    for n in chosen:
+        trial = scenario_trial(studied.parameters, studied.scenarios[n], laps, 0.75 * laps)
+        samples = list(_until_failure(trial_rollout(trial, studied.parameters)))
+        if samples:
+            kind = 'success' if studied.judged[n].success else 'failure'
+            found[n] = Run(f'run {n + 1}, {kind}', collect(samples), (), {}, studied.parameters)
+    return found
+
+
+def _until_failure(samples: Iterator[Sample]) -> Iterator[Sample]:
+    """Yield samples up to a failure of the law, if there is one."""
+    try:
+        yield from samples
+    except LawFailedError:
+        return
+
+
+def _table(results: Mapping[str, StudiedController]) -> str:
+    """Return all runs as CSV."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow(study_columns(results))
+    writer.writerows(map(as_cell, row) for row in study_rows(results))
+    return text.getvalue()
+
+
+def parser() -> argparse.ArgumentParser:
+    """Make the parser of `study`."""
+    return make_parser('study', __doc__, StudyRequest, StudyFiles)
+
+
+def _run(options: argparse.Namespace) -> int:
+    return study_into_files(request_of(StudyRequest, options), request_of(StudyFiles, options), options.command_line)
+
+
+main = make_main(parser, _run)
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,293 @@
+"""Comparison of controllers in the same scenarios: paired differences, their intervals, and conclusions in words."""
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from mobile_robot_control.loop.metric_table import BAND, METRIC_TABLE
+from mobile_robot_control.loop.monte_carlo import CONFIDENCE, Judged, metric_labels
+from mobile_robot_control.studying.tail_probabilities import binomial_interval, student_quantile
+
+COMPARED = ('late_max_position_error', 'rms_position_error')
+"""The default metrics of paired differences."""
+_SAME = 'cannot be told apart'
+
+
+class Difference(NamedTuple):
+    """
+    One metric of two controllers in the same scenarios.
+
+    Attributes
+    ----------
+    metric : str
+        Its name.
+    compared : int
+        Scenarios in which both succeed and both values are known.
+    mean : float
+        Of the first's value minus the second's over those; nan without any.
+    interval : tuple of float
+        Of that mean; infinite with fewer than two scenarios.
+    confidence : float
+        Of the interval.
+
+    """
+
+    metric: str
+    compared: int
+    mean: float
+    interval: tuple[float, float]
+    confidence: float
+
+    @property
+    def sign(self) -> int:
+        """1 if the first's value is larger for certain, -1 if it is smaller, 0 if the two cannot be told apart."""
+        low, high = self.interval
+        return int(low > 0.0) - int(high < 0.0)
+
+
+class Comparison(NamedTuple):
+    """
+    Two controllers in the same scenarios.
+
+    Attributes
+    ----------
+    first, second : str
+        Their names.
+    runs : int
+        Scenarios that both ran.
+    both, only_first, only_second : int
+        Scenarios in which both succeeded, or only one did.
+    share : tuple of float
+        Interval of the share of `only_first` among the scenarios in which only one succeeds; (0, 1) without any.
+    confidence : float
+        Of that interval.
+    differences : tuple of Difference
+        Of each metric.
+
+    """
+
+    first: str
+    second: str
+    runs: int
+    both: int
+    only_first: int
+    only_second: int
+    share: tuple[float, float]
+    confidence: float
+    differences: tuple[Difference, ...]
+
+    @property
+    def more_successful(self) -> str:
+        """The name of the one that succeeds in more scenarios; '' if the two cannot be told apart."""
+        low, high = self.share
+        return self.first if low > 0.5 else self.second if high < 0.5 else ''
+
+    def better(self, difference: Difference) -> str:
+        """Return the name of the one with the better value of a metric; '' if the two cannot be told apart."""
+        sign = -difference.sign if METRIC_TABLE[difference.metric].better == 'larger' else difference.sign
+        return ('', self.second, self.first)[sign]
+
+
+def mean_interval(values: Sequence[float], confidence: float) -> tuple[float, float]:
+    """
+    Return the bounds of Student's interval of a mean; infinite for fewer than two values.
+
+    Examples
+    --------
+    >>> [round(bound, 3) for bound in mean_interval([1.0, 2.0, 3.0], 0.95)]
+    [-0.484, 4.484]
+
+    """
+    n = len(values)
+    if n < 2:
+        return -math.inf, math.inf
+    mean = math.fsum(values) / n
+    variance = math.fsum((value - mean) ** 2 for value in values) / (n - 1)
+    half = student_quantile(confidence, n - 1) * math.sqrt(variance / n) if variance else 0.0
+    return mean - half, mean + half
+
+
+def _difference(
+    metric: str, pairs: Sequence[tuple[Judged, Judged]], confidence: float
+) -> Difference:
+    """Compare one metric over pairs of successful runs."""
+    values = [(a.metrics[metric], b.metrics[metric]) for a, b in pairs]
+    # an error that does not settle has no settling time, and a base that takes velocities has no torque
+    found = [a - b for a, b in values if math.isfinite(a) and math.isfinite(b)]
+    return Difference(metric, len(found), math.fsum(found) / len(found) if found else math.nan,
+                      mean_interval(found, confidence), confidence)
+
+
+def compare(
+    names: tuple[str, str], runs: tuple[Sequence[Judged], Sequence[Judged]], metrics: Sequence[str] = COMPARED,
+    pairs: int = 1,
+) -> Comparison:
+    """
+    Compare two controllers in the scenarios that both ran.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of the first and of the second.
+    runs : tuple of sequence of Judged
+        Of each, in the order of the same scenarios; surplus runs of one are left out.
+    metrics : sequence of str
+        Names of the compared metrics.
+    pairs : int
+        Number of compared pairs of controllers in all. The intervals of all pairs and metrics hold together: each of n
+        has 1/n of the probability of error (Bonferroni); so do those of success, among themselves.
+
+    """
+    ran = list(zip(*runs, strict=False))
+    both = [(a, b) for a, b in ran if a.success and b.success]
+    only_first = sum(a.success and not b.success for a, b in ran)
+    only_second = sum(b.success and not a.success for a, b in ran)
+    alone, confidence = only_first + only_second, _of_each(pairs)
+    return Comparison(
+        *names, len(ran), len(both), only_first, only_second,
+        binomial_interval(only_first, alone, confidence) if alone else (0.0, 1.0), confidence,
+        tuple(_difference(metric, both, _of_each(pairs * len(metrics))) for metric in metrics))
+
+
+def _of_each(intervals: int) -> float:
+    """Return the confidence of each of several intervals that hold together."""
+    return 1.0 - (1.0 - CONFIDENCE) / intervals
+
+
+def compare_all(controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED) -> list[Comparison]:
+    """Compare every pair of controllers, by name; the intervals also hold for the best one, chosen by the same runs."""
+    pairs = list(itertools.combinations(controllers, 2))
+    return [compare(pair, (controllers[pair[0]], controllers[pair[1]]), metrics, len(pairs)) for pair in pairs]
+
+
+def best_of(controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED) -> str:
+    """
+    Return the name of the controller with most successes; among equals, the one with the best mean of the first metric.
+
+    Scenarios that not all of them ran are left out; for the metric, also those in which any failed or has no value.
+    """
+    ran = list(zip(*controllers.values(), strict=False))
+    successes = [sum(run.success for run in runs) for runs in zip(*ran, strict=True)]
+    metric, *_ = metrics
+    shared = [[run.metrics[metric] for run in runs] for runs in ran if all(run.success for run in runs)]
+    sign = -1.0 if METRIC_TABLE[metric].better == 'larger' else 1.0
+    sums = [sign * math.fsum(values[k] for values in shared if all(map(math.isfinite, values)))
+            for k in range(len(controllers))]
+    return list(controllers)[min(range(len(controllers)), key=lambda k: (-successes[k], sums[k]))]
+
+
+def _shown(value: float, unit: str) -> str:
+    """Return a number as text, a length in centimetres."""
+    return f'{100.0 * value:.3g}' if unit == 'm' else f'{value:.3g}'
+
+
+def _difference_text(one: Comparison, found: Difference, unit: str) -> str:
+    known = ' and have a value' if found.compared < one.both else ''
+    if found.compared < 2:
+        return (f'not compared: {found.compared} of {one.runs} scenarios in which both succeed{known}, and two are '
+                'needed')
+    (low, high), left_out = found.interval, one.runs - found.compared
+    over = f'in the {found.compared} scenarios in which both succeed{known}'
+    if left_out:
+        over += f'; {left_out} {"is" if left_out == 1 else "are"} left out'
+    shown = f'{"cm" if unit == "m" else unit}'.rstrip()
+    if not found.sign:
+        return (f'{_SAME}: that of {one.first} minus that of {one.second} is {_shown(found.mean, unit)} {shown} '
+                f'({_shown(low, unit)} to {_shown(high, unit)}) {over}').replace('  ', ' ')
+    low, high = (low, high) if found.sign > 0 else (-high, -low)
+    larger = 'larger' if METRIC_TABLE[found.metric].better == 'larger' else 'smaller'
+    return (f'that of {one.better(found)} is {larger} by {_shown(abs(found.mean), unit)} {shown} '
+            f'({_shown(low, unit)} to {_shown(high, unit)}) {over}').replace('  ', ' ')
+
+
+def _success_text(one: Comparison) -> str:
+    if one.only_first == one.only_second == 0:
+        return f'{_SAME}: the same {one.both} of {one.runs} succeed'
+    shown = f'{one.more_successful} succeeds more often' if one.more_successful else _SAME
+    return f'{shown}: {one.first} alone in {one.only_first}, {one.second} alone in {one.only_second} of {one.runs}'
+
+
+def _head(made: Sequence[Comparison], best: str) -> str:
+    """Return the introduction: the pairs that follow, and the meaning of their intervals."""
+    differences = made[0].differences
+    with_best = f' with {best}, the best' if len(made) > 1 else ''
+    intervals = len(made) * len(differences)
+    if intervals == 1:
+        return f'compared in the same scenarios, with intervals of {100.0 * CONFIDENCE:g} %:'
+    return (f'compared in the same scenarios{with_best}; the {intervals} intervals of all pairs and metrics hold '
+            f'together with {100.0 * CONFIDENCE:g} % (each {100.0 * differences[0].confidence:.2f} %, Bonferroni):')
+
+
+def comparison_texts(
+    controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED, band: float = BAND
+) -> Iterator[str]:
+    """
+    Yield sentences: for two controllers their comparison, for more that of each with the best one; none for one.
+
+    `band` [m] is the limit of a settled error.
+    """
+    made = compare_all(controllers, metrics)
+    if not made:
+        return
+    best, labels = best_of(controllers, metrics), metric_labels(band)
+    yield _head(made, best)
+    for one in made:
+        if best in (one.first, one.second):
+            for found in one.differences:
+                label, unit = labels[found.metric]
+                yield f'{one.first} and {one.second}, {label}: {_difference_text(one, found, unit)}'
+            yield f'{one.first} and {one.second}, success: {_success_text(one)}'
+
+
+def answer_text(
+    controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED, band: float = BAND
+) -> str:
+    """
+    Return the best of several controllers, its advantage and the intervals, as a sentence; '' for one controller.
+
+    Compared with each other one, the best is better by success, else by the first metric, or cannot be told apart.
+    """
+    made = compare_all(controllers, metrics)
+    if not made:
+        return ''
+    best, (label, unit) = best_of(controllers, metrics), metric_labels(band)[metrics[0]]
+    better, same = [], []
+    for one in made:
+        if best not in (one.first, one.second):
+            continue
+        other, found = one.second if best == one.first else one.first, one.differences[0]
+        if one.more_successful == best:
+            alone, others = ((one.only_first, one.only_second) if best == one.first else
+                             (one.only_second, one.only_first))
+            better.append(f'than {other} by success ({alone} of {one.runs} runs succeed with {best} alone, '
+                          f'{others} with {other} alone)')
+        elif one.better(found) == best and not one.more_successful:
+            low, high = sorted(map(abs, found.interval))
+            better.append(f'than {other} by {_shown(abs(found.mean), unit)} {"cm" if unit == "m" else unit} '
+                          f'({_shown(low, unit)} to {_shown(high, unit)})')
+        else:
+            same.append(other)
+    told = f'{best} is better {", ".join(better)}' if better else f'{best} comes first'
+    if any('by success' not in one for one in better):
+        told += f': the mean {label}, where both succeed, with intervals that hold together with {100 * CONFIDENCE:g} %'
+    return f'{told}; {_SAME} from {", ".join(same)}' if same else told
+
+
+def comparison_values(
+    controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] = COMPARED
+) -> list[dict[str, Any]]:
+    """Return the comparison of each pair, as in `study.json`; unknown values are None."""
+    return [{
+        'first': one.first, 'second': one.second, 'runs': one.runs,
+        'both_succeed': one.both, 'only_first_succeeds': one.only_first, 'only_second_succeeds': one.only_second,
+        'success_confidence': one.confidence,
+        'success_share_interval': list(one.share) if one.only_first + one.only_second else None,
+        'more_successful': one.more_successful or None,
+        'metrics': [{
+            'metric': found.metric, 'compared': found.compared, 'left_out': one.runs - found.compared,
+            'confidence': found.confidence, 'difference': found.mean if found.compared else None,
+            'difference_interval': list(found.interval) if found.compared > 1 else None,
+            'better': one.better(found) or None,
+        } for found in one.differences],
+    } for one in compare_all(controllers, metrics)]

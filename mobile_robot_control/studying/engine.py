@@ -1,0 +1,355 @@
+"""Requested studies: controllers in the same drawn scenarios and robots, run and judged."""
+
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.analysis.promises import Promise, brief_lines, promise, promise_values
+from mobile_robot_control.figures.figure import Floats
+from mobile_robot_control.identification.result import read_estimates
+from mobile_robot_control.loop.indices import TRUE
+from mobile_robot_control.loop.metric_table import BAND
+from mobile_robot_control.loop.monte_carlo import (
+    LARGEST_SEED,
+    METRICS,
+    WITHIN,
+    Judged,
+    ScenarioDistribution,
+    draw_scenarios,
+    judge,
+    success_text,
+    summarise_runs,
+)
+from mobile_robot_control.loop.scenarios import Scenario, check_laps, configured_scenario, scenario_trial, with_robot
+from mobile_robot_control.loop.workers import TrialRunner, Workers
+from mobile_robot_control.model.motors import LONGEST_DELAY
+from mobile_robot_control.model.noise import Noise
+from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError
+from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.reference.curves import CURVES, PATH
+from mobile_robot_control.settings.configure import ParameterSources
+from mobile_robot_control.settings.nodes import Configuration
+from mobile_robot_control.studying.comparison import COMPARED, answer_text, best_of, comparison_texts, comparison_values
+from mobile_robot_control.studying.failures import failure_texts, failure_values
+from mobile_robot_control.system.texts import as_lines, printable
+
+_TRIES = 100
+_STREAM = 1
+"""Stream of random numbers apart from that of the scenarios, which so stay the same."""
+
+
+def draw_robots(
+    file: str, configuration: Configuration, count: int, seed: int
+) -> Iterator[tuple[tuple[str, float], ...]]:
+    """
+    Yield the parameters of robots drawn from the estimates in a file of `identify`.
+
+    The first ones do not depend on the count. A robot with a parameter out of bounds, such as a negative lag, is drawn
+    again.
+
+    Raises
+    ------
+    ParameterError
+        If the file has no estimates, the plant has none of its parameters, or no drawn robot is within the bounds.
+    """
+    names, values, covariance = read_estimates(file)
+    spread, directions = np.linalg.eigh(covariance)
+    factor = directions * np.sqrt(np.maximum(spread, 0.0))
+
+    def named(drawn: Floats) -> tuple[tuple[str, float], ...]:
+        return tuple(zip(names, drawn.tolist(), strict=True))
+
+    try:
+        with_robot(configuration, named(values))
+    except (ParameterError, KeyError, StopIteration, IndexError) as error:
+        reason = str(error) if isinstance(error, ParameterError) else f'the plant has no parameter {error}'
+        raise ParameterError([f'--robot-uncertainty {file}: {reason}']) from None
+    random = np.random.default_rng((seed, _STREAM))
+    for _ in range(count):
+        for _ in range(_TRIES):
+            robot = named(values + factor @ random.standard_normal(values.size))
+            try:
+                with_robot(configuration, robot)
+            except ParameterError as error:
+                reason = '; '.join(error.violations)
+            else:
+                yield robot
+                break
+        else:
+            raise ParameterError([f'--robot-uncertainty {file}: of {_TRIES} drawn robots none is within '
+                                  f'the bounds of the plant: {reason}'])
+
+
+class Compared(NamedTuple):
+    """
+    A controller of a study, in addition to the other parameters.
+
+    Attributes
+    ----------
+    name : str
+        Name in tables.
+    path : str
+        A parameter file; '' for none.
+    values : mapping of str to object
+        By ``NODE.PARAMETER``.
+
+    """
+
+    name: str
+    path: str = ''
+    values: Mapping[str, object] = {}
+
+    def added_to(self, sources: ParameterSources) -> ParameterSources:
+        """Return sources with this controller's parameters added."""
+        return (sources.with_files(self.path) if self.path else sources).with_values(self.values)
+
+
+def _read_compared(value: Any) -> Compared:
+    """Read a parameter file, or a name with a file or with values."""
+    if isinstance(value, str | PathLike):
+        return Compared(printable(Path(value).stem), os.fspath(value))
+    name, controller = value
+    return Compared(name, '', controller) if isinstance(controller, Mapping) else Compared(name, os.fspath(controller))
+
+
+class StudyRequest(NamedTuple):
+    """The request of a study."""
+
+    sources: ParameterSources
+    runs: Annotated[int, Field('', 'random runs per controller', minimum=1, maximum=10**6)]
+    seed: Annotated[int, Field('', 'seed of all random numbers', minimum=0, maximum=LARGEST_SEED)]
+    compare: Annotated[
+        tuple[Compared, ...], Field('', 'parameter files, one per controller, on top of the other parameters'),
+        Reader(_read_compared, 'FILE.yaml')] = ()
+    laps: Annotated[float, Field('', 'laps per run; the last quarter decides on success', above=0.0)] = 2.0
+    curves: Annotated[
+        tuple[str, ...], Field('', 'curves to draw from; a configured path replaces them', choices=CURVES)
+    ] = ('trifolium', 'lemniscate')
+    scales: Annotated[tuple[float, ...], Field('m', 'sizes to draw from', above=0.0)] = (0.5, 1.0)
+    within: Annotated[float, Field('m', "largest distance of the start from the cart's; the heading is random",
+                                     above=0.0)] = 1.0
+    variation: Annotated[float | None, Field('', 'largest relative change of mass (with the inertia) and of friction; '
+                                             'by default 0.2, or 0 with robot_uncertainty', minimum=0.0,
+                                             below=1.0)] = None
+    robot_uncertainty: Annotated[str | None, Field('', 'parameter file of identify: each run draws a robot from '
+                                                   'its covariance, the same for all controllers; also serves as '
+                                                   '--robot where none is named'),
+                                 Reader(fspath, 'FILE.yaml')] = None
+    noise_pose: Annotated[tuple[float, ...], Field('', 'replaces noise.pose: x, y [m] and heading [rad]', minimum=0.0,
+                                                   length=3)] = ()
+    noise_velocity: Annotated[float | None, Field('rad/s', 'replaces noise.velocity', minimum=0.0)] = None
+    longest_delay: Annotated[int | None, Field(
+        '', 'largest delay, drawn from 0 on, in velocity periods; replaces delay.velocity_steps', minimum=0,
+        maximum=LONGEST_DELAY)] = None
+    metric: Annotated[tuple[str, ...], Field(
+        '', 'metrics to compare controllers by; their intervals hold together, and the first one decides which is best',
+        choices=METRICS)] = COMPARED
+    success_within: Annotated[float, Field('m', 'largest distance from the reference over the last quarter of a '
+                                           'successful run', above=0.0)] = WITHIN
+    settled_within: Annotated[float, Field('m', 'error band of settling_time and share_within_band', above=0.0)] = BAND
+    where: Annotated[Workers, INLINE] = Workers()
+
+    @property
+    def metrics(self) -> tuple[str, ...]:
+        """The compared metrics, each once."""
+        return tuple(dict.fromkeys(self.metric))
+
+    @property
+    def varied_by(self) -> float:
+        """Largest relative change of mass and of friction."""
+        return self.variation if self.variation is not None else 0.0 if self.robot_uncertainty else _VARIATION
+
+    @property
+    def nominal(self) -> ParameterSources:
+        """The sources of the parameters: the file of an identified robot counts as its robot file."""
+        robot = self.sources.robot or self.robot_uncertainty
+        return self.sources._replace(robot=robot)
+
+
+_BATCH = 100
+_VARIATION = 0.2
+_SCENARIO = ('controller', 'curve', 'scale', 'start_x', 'start_y', 'start_yaw', 'mass_factor', 'friction_factor',
+             'noise_seed', 'delay', 'success', 'outcome')
+
+
+class StudiedController(NamedTuple):
+    """
+    The judged runs of one controller.
+
+    Attributes
+    ----------
+    scenarios : list of Scenario
+        Of all runs, including those that an interrupt has cut off.
+    judged : list of Judged
+        Of completed runs, at least one, in the order of the scenarios.
+    promise : Promise
+        The modelled effects, and the margins.
+    parameters : Configuration
+        Of all runs.
+    """
+
+    scenarios: list[Scenario]
+    judged: list[Judged]
+    promise: Promise
+    parameters: Configuration
+
+
+def _curves(request: StudyRequest, parameters: Configuration) -> tuple[str, ...]:
+    """Return the curves to draw from: a configured path takes their place."""
+    return (PATH,) if parameters.reference_cart.curve.curve == PATH else request.curves
+
+
+def drawn_scenarios(request: StudyRequest, parameters: Configuration) -> list[Scenario]:
+    """Draw the scenarios of a controller."""
+    nominal = configured_scenario(parameters)
+    noise = Noise(
+        nominal.noise.pose if not request.noise_pose else request.noise_pose,
+        nominal.noise.velocity if request.noise_velocity is None else request.noise_velocity,
+    )
+    distribution = ScenarioDistribution(_curves(request, parameters), request.scales, request.within,
+                                        request.varied_by, noise, request.longest_delay or 0)
+    drawn = draw_scenarios(distribution, request.runs, request.seed)
+    if request.longest_delay is None:
+        drawn = [scenario._replace(delay=nominal.delay) for scenario in drawn]
+    if request.robot_uncertainty is None:
+        return drawn
+    robots = draw_robots(request.robot_uncertainty, parameters, request.runs, request.seed)
+    return [scenario._replace(robot=robot) for scenario, robot in zip(drawn, robots, strict=True)]
+
+
+def studied_controllers(request: StudyRequest) -> dict[str, Configuration]:
+    """Return the configurations to study by name; raise ParameterError if they cannot be run."""
+    named: dict[str, Configuration] = {}
+    for compared in request.compare:
+        # files of one name in different folders
+        name = compared.name if compared.name not in named else printable(compared.path)
+        if name in named:
+            raise ParameterError([f'--compare {compared.path}: is named twice; name each file once'])
+        named[name] = compared.added_to(request.nominal).configuration()
+    if not named:
+        parameters = request.nominal.configuration()
+        named[parameters.position_controller.control.controller_type] = parameters
+    for parameters in named.values():
+        check_laps(request.laps, parameters)
+    return named
+
+
+def run_study(
+    request: StudyRequest, controllers: Mapping[str, Configuration], run: TrialRunner,
+    progress: Callable[[int], object], stopped: Callable[[], bool],
+) -> dict[str, StudiedController]:
+    """
+    Run and judge controllers in the same scenarios, batch by batch, until they are done or stopped.
+
+    Parameters
+    ----------
+    request : StudyRequest
+        The request of the study.
+    controllers : mapping of str to Configuration
+        By name, of `studied_controllers`.
+    run : callable
+        Runs trials.
+    progress : callable
+        Called with the number of runs since the last call.
+    stopped : callable
+        Called before every batch; the study ends if it returns True.
+
+    Returns
+    -------
+    dict of str to StudiedController
+        Those with any completed run.
+    """
+    results: dict[str, StudiedController] = {}
+    for name, parameters in controllers.items():
+        if stopped():
+            break
+        scenarios = drawn_scenarios(request, parameters)
+        judged: list[Judged] = []
+        for first in range(0, len(scenarios), _BATCH):
+            if stopped():
+                break
+            drawn = (scenario_trial(parameters, scenario, request.laps, request.laps * 0.75)
+                     for scenario in scenarios[first:first + _BATCH])
+            batch = [one._replace(form=one.form._replace(indices=True, band=request.settled_within)) for one in drawn]
+            try:
+                outcomes = run(batch)
+            except KeyboardInterrupt:
+                # of a batch that takes long: the ones before it count
+                if not stopped():
+                    raise
+                break
+            judged += [judge(one, outcome, request.success_within)
+                       for one, outcome in zip(batch, outcomes, strict=True)]
+            progress(len(batch))
+        if judged:
+            results[name] = StudiedController(scenarios, judged, promise(parameters, scenarios), parameters)
+    return results
+
+
+def study_values(
+    request: StudyRequest, results: Mapping[str, StudiedController], interrupted: bool
+) -> dict[str, Any]:
+    """Return the content of `study.json`."""
+    return {
+        'outcome': 'interrupted' if interrupted else 'completed', 'seed': request.seed, 'laps': request.laps,
+        'curves': [PATH] if any(one.scenarios[0].curve == PATH for one in results.values()) else list(request.curves),
+        'scales': list(request.scales), 'within': request.within,
+        'variation': request.varied_by, 'robot_uncertainty': request.robot_uncertainty,
+        'success': f'within {request.success_within} m over the last quarter',
+        'success_within': request.success_within, 'settled_within': request.settled_within,
+        'interrupted': interrupted, 'error': TRUE,
+        'controllers': {name: summarise_runs(studied.judged)
+                        | {'failures': failure_values(studied.scenarios, studied.judged)}
+                        | promise_values(studied.promise)
+                        for name, studied in results.items()},
+        'best': best_of(_judged(results), request.metrics),
+        'comparisons': comparison_values(_judged(results), request.metrics),
+    }
+
+
+def _judged(results: Mapping[str, StudiedController]) -> dict[str, list[Judged]]:
+    return {name: studied.judged for name, studied in results.items()}
+
+
+def study_answer(request: StudyRequest, results: Mapping[str, StudiedController]) -> str:
+    """Return the first sentence of the command's output: the best of several controllers, or the success of one."""
+    (name, studied), *others = results.items()
+    return (f'{answer_text(_judged(results), request.metrics, request.settled_within)}.' if others else
+            success_text(name, summarise_runs(studied.judged)))
+
+
+def study_lines(request: StudyRequest, results: Mapping[str, StudiedController]) -> list[str]:
+    """Return what follows: the success of each of several controllers, promises, failures and the comparison."""
+    several = len(results) > 1
+    successes = [success_text(name, summarise_runs(studied.judged)) for name, studied in results.items() if several]
+    failures = [f'{name}: {text}' if several else text for name, studied in results.items()
+                for text in failure_texts(studied.scenarios, studied.judged)]
+    compared = comparison_texts(_judged(results), request.metrics, request.settled_within)
+    return [*as_lines(successes), *brief_lines([one.promise for one in results.values()]),
+            *as_lines([*failures, *compared])]
+
+
+def study_columns(results: Mapping[str, StudiedController]) -> Sequence[str]:
+    """Return the names of the columns of `runs.csv`."""
+    first = next(iter(results.values()))
+    return (*_SCENARIO, *(name for name, _ in first.scenarios[0].robot), *first.judged[0].metrics)
+
+
+def study_rows(results: Mapping[str, StudiedController]) -> Iterator[list[Any]]:
+    """Yield the rows of `runs.csv`, one a run; unknown metrics are nan."""
+    for controller, studied in results.items():
+        for scenario, run in zip(studied.scenarios, studied.judged, strict=False):
+            assert scenario.start is not None  # noqa: S101 (for mypy: drawn ones have a start)
+            yield [controller, scenario.curve, scenario.scale, *scenario.start, scenario.mass, scenario.friction,
+                   scenario.noise.seed, scenario.delay, int(run.success), run.outcome,
+                   *(value for _, value in scenario.robot), *run.metrics.values()]
+
+
+def as_cell(value: Any) -> Any:
+    """Return a value for a cell of `runs.csv`: empty for nan."""
+    return '' if isinstance(value, float) and math.isnan(value) else value

@@ -1,0 +1,215 @@
+"""The scenarios in which a controller fails in a study: split by what separates them best, and in words."""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.loop.monte_carlo import CONFIDENCE, Judged
+from mobile_robot_control.loop.scenarios import Scenario
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.studying.tail_probabilities import log_hypergeometric_tail
+
+_PARTS = 20
+"""A quantity is split at each twentieth of the scenarios."""
+FEW = 3
+"""Up to so many failures are listed, and no split is sought: any few scenarios have something in common."""
+_AT_START = Pose(0.0, 0.0, 0.0)
+
+
+class Quantity(NamedTuple):
+    """
+    A quantity that varies between scenarios.
+
+    Attributes
+    ----------
+    words, unit : str
+        Name and unit in texts.
+    of : callable
+        Returns its value in a scenario, a number or a name.
+
+    """
+
+    words: str
+    unit: str
+    of: Callable[[Scenario], Any]
+
+
+QUANTITIES: dict[str, Quantity] = {
+    'curve': Quantity('curve', '', lambda one: one.curve),
+    'scale': Quantity('scale', 'm', lambda one: one.scale),
+    'start_distance': Quantity('start distance', 'm', lambda one: math.hypot(*(one.start or _AT_START)[:2])),
+    'start_heading_error': Quantity('start heading error', 'rad',
+                                    lambda one: abs(wrap_angle((one.start or _AT_START).heading))),
+    'mass_factor': Quantity('mass factor', '', lambda one: one.mass),
+    'friction_factor': Quantity('friction factor', '', lambda one: one.friction),
+    'delay': Quantity('delay', 'velocity periods', lambda one: one.delay),
+}
+"""By the name in `study.json`. The strength of the noise is the same in all scenarios of a study."""
+
+
+class Split(NamedTuple):
+    """
+    A split of the scenarios into two parts, one with more failures.
+
+    Attributes
+    ----------
+    quantity : str
+        Of QUANTITIES.
+    side : str
+        Of the part with more failures: 'is', 'at most' or 'above'.
+    value : float or str
+        Value that defines the side.
+    there, elsewhere : tuple of int
+        Failures and runs in that part, and in the other.
+    chance : float
+        Upper bound of the probability that any of the tried splits is so uneven by chance.
+
+    """
+
+    quantity: str
+    side: str
+    value: float | str
+    there: tuple[int, int]
+    elsewhere: tuple[int, int]
+    chance: float
+
+    @property
+    def words(self) -> str:
+        """The part with more failures."""
+        return f'{QUANTITIES[self.quantity].words} {self.side} {shown(self.quantity, self.value)}'
+
+
+def shown(quantity: str, value: float | str) -> str:
+    """Return a value of a quantity with its unit."""
+    text = value if isinstance(value, str) else f'{value:.3g}'
+    return f'{text} {QUANTITIES[quantity].unit}'.strip()
+
+
+def _parts(values: Sequence[Any]) -> Iterator[tuple[str, float | str, NDArray[np.bool_]]]:
+    """Yield the parts of the scenarios by the values of a quantity: side, value, and a mask of the scenarios."""
+    array, distinct = np.array(values), sorted(set(values))
+    if isinstance(distinct[0], str):
+        yield from (('is', value, array == value) for value in distinct)
+        return
+    if len(distinct) > _PARTS:
+        ordered = sorted(values)
+        distinct = [ordered[n * len(ordered) // _PARTS] for n in range(1, _PARTS)]
+    # limits have the printed precision, so that the printed split is exact
+    for limit in sorted({float(f'{limit:.3g}') for limit in distinct}):
+        above = array > limit
+        yield 'above', limit, above
+        yield 'at most', limit, ~above
+
+
+def best_split(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> Split | None:
+    """
+    Return the split of the scenarios by one quantity that is least likely by chance.
+
+    Each is judged by Fisher's exact test, corrected for the number of splits tried (Bonferroni).
+
+    Parameters
+    ----------
+    scenarios : sequence of Scenario
+        Of the runs.
+    judged : sequence of Judged
+        The runs, in the same order.
+
+    Returns
+    -------
+    Split or None
+        None if even that one may be chance, and if few or all runs failed.
+    """
+    failed = np.array([not run.success for run in judged], dtype=bool)
+    failures, runs = int(failed.sum()), len(judged)
+    if failures <= FEW or failures == runs:
+        return None
+    tried, found = 0, Split('', '', '', (0, 0), (0, 0), math.inf)
+    for name, quantity in QUANTITIES.items():
+        for side, value, inside in _parts([quantity.of(one) for one in scenarios[:runs]]):
+            drawn, there = int(inside.sum()), int((inside & failed).sum())
+            if not 0 < drawn < runs:
+                continue
+            tried += 1
+            # without a surplus of failures there is nothing to test
+            if there * runs > failures * drawn:
+                log_chance = log_hypergeometric_tail(there, drawn, failures, runs)
+                if log_chance < found.chance:
+                    found = Split(name, side, value, (there, drawn), (failures - there, runs - drawn), log_chance)
+    chance = math.exp(min(0.0, found.chance + math.log(tried))) if tried else 1.0
+    return found._replace(chance=chance) if chance <= 1.0 - CONFIDENCE else None
+
+
+_ENDS = {'completed': 'too far from the reference over the last quarter', 'diverged': 'diverged',
+         'law_failed': 'with a position law that failed'}
+
+
+def _failed(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> list[tuple[int, Scenario, Judged]]:
+    """Return number (from 1), scenario and run of the failures."""
+    return [(number, scenario, run) for number, (scenario, run) in enumerate(
+        zip(scenarios, judged, strict=False), 1) if not run.success]
+
+
+def scenario_text(scenario: Scenario) -> str:
+    """Describe the conditions of a run."""
+    return ', '.join(f'{quantity.words} {shown(name, quantity.of(scenario))}' for name, quantity in QUANTITIES.items())
+
+
+def failure_texts(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> Iterator[str]:
+    """Yield sentences on the failures of a controller; none if there are none."""
+    failed = _failed(scenarios, judged)
+    if not failed:
+        return
+    ends = Counter(run.outcome for _, _, run in failed)
+    how = ', '.join(f'{count} {_ENDS[outcome]}' if len(ends) > 1 else _ENDS[outcome]
+                    for outcome, count in sorted(ends.items()))
+    yield f'{len(failed)} of {len(judged)} {"fails" if len(failed) == 1 else "fail"}: {how}'
+    if len(failed) <= FEW:
+        yield from (f'run {number}: {scenario_text(scenario)}' for number, scenario, _ in failed)
+        return
+    split = best_split(scenarios, judged)
+    if split:
+        (there, drawn), (rest, others) = split.there, split.elsewhere
+        yield f'{there} of them with {split.words}: {there} of {drawn} fail there, {rest} of {others} elsewhere'
+        return
+    ranges = '; '.join(f'{QUANTITIES[name].words} {_range_text(name, found)}'
+                       for name, found in _ranges(scenarios, judged, success=False).items())
+    yield f'no single quantity tells them from the others: they have {ranges}' if len(failed) < len(judged) else ranges
+
+
+def _range_text(name: str, found: Sequence[Any]) -> str:
+    """Describe the range of a quantity over at least one value."""
+    low, high = found[0], found[-1]
+    if isinstance(low, str):
+        return ', '.join(found)
+    return f'{low:.3g} to {shown(name, high)}' if low < high else shown(name, high)
+
+
+def _ranges(scenarios: Sequence[Scenario], judged: Sequence[Judged], success: bool) -> dict[str, list[Any]]:
+    """Return the range of each quantity among failures or successes; for names all values, and [] without any run."""
+    chosen = [scenario for scenario, run in zip(scenarios, judged, strict=False) if run.success is success]
+
+    def of(quantity: Quantity) -> list[Any]:
+        values = sorted({quantity.of(scenario) for scenario in chosen})
+        return values if not values or isinstance(values[0], str) else [values[0], values[-1]]
+
+    return {name: of(quantity) for name, quantity in QUANTITIES.items()}
+
+
+def failure_values(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> dict[str, Any]:
+    """Return the failures of a controller, as in `study.json`."""
+    failed, split = _failed(scenarios, judged), best_split(scenarios, judged)
+    return {
+        'count': len(failed),
+        'outcomes': dict(sorted(Counter(run.outcome for _, _, run in failed).items())),
+        'split': split._asdict() | {'words': split.words} if split else None,
+        'ranges': {'failures': _ranges(scenarios, judged, success=False),
+                   'successes': _ranges(scenarios, judged, success=True)},
+        'scenarios': [{'run': number, 'outcome': run.outcome} | {
+            name: quantity.of(scenario) for name, quantity in QUANTITIES.items()} | {
+            'noise_seed': scenario.noise.seed} for number, scenario, run in failed],
+    }

@@ -1,0 +1,261 @@
+"""The page of a study: success rates, a map of starts, distributions of the metrics, failures to replay."""
+
+import math
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.analysis.promises import Promise
+from mobile_robot_control.figures.drawing import plain
+from mobile_robot_control.figures.figure import Figure, Floats, Marks, Panel
+from mobile_robot_control.figures.palette import LINES, on_dark
+from mobile_robot_control.loop.metric_table import BAND
+from mobile_robot_control.loop.monte_carlo import Judged, metric_labels, success_text, summarise_runs
+from mobile_robot_control.loop.scenarios import Scenario
+from mobile_robot_control.pages import page
+from mobile_robot_control.pages.page import asset, pack
+from mobile_robot_control.pages.page_parts import (
+    UPLOT_SCRIPT,
+    chart_styles,
+    promise_parts,
+    replay_scripts,
+    replay_styles,
+)
+from mobile_robot_control.pages.replay_data import replay_data
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.runs.run import Run
+from mobile_robot_control.runs.words import quantities
+from mobile_robot_control.studying.comparison import COMPARED, answer_text, comparison_texts
+from mobile_robot_control.studying.failures import Split, best_split, failure_texts
+from mobile_robot_control.system.files import write_atomically
+
+FAILURES, MEDIANS = 8, 3
+"""Most runs that can be replayed."""
+_LARGEST = 3.0e38
+_POINTS, _POSES = 400, 1000
+"""Points of a distribution, and poses of a replay."""
+_FAILED = {'completed': ('o', 16.0, 'failure: too far away'), 'diverged': ('x', 22.0, 'failure: diverged'),
+           'law_failed': ('s', 16.0, 'failure of the law')}
+"""Marker, its size and its label, by the outcome of a failed run."""
+_TITLE_WIDTH = 46
+"""[characters]"""
+
+
+class Judgement(NamedTuple):
+    """
+    The criteria for the runs of a study.
+
+    Attributes
+    ----------
+    criterion : str
+        Of success, in words.
+    metrics : tuple of str
+        Metrics for the comparison of controllers.
+    band : float
+        Limit of a settled error [m].
+    """
+
+    criterion: str
+    metrics: tuple[str, ...] = COMPARED
+    band: float = BAND
+
+
+class StudiedRuns(NamedTuple):
+    """
+    The runs of one controller.
+
+    Attributes
+    ----------
+    scenarios : sequence of Scenario
+        With a start.
+    judged : sequence of Judged
+        Of the same length, or shorter after an interrupt.
+    promise : Promise
+        Their validity.
+    replays : mapping of int to Run
+        By the index of a run, from 0: those that can be replayed, the same for all controllers.
+    """
+
+    scenarios: Sequence[Scenario]
+    judged: Sequence[Judged]
+    promise: Promise
+    replays: Mapping[int, Run]
+
+
+def chosen_runs(controllers: Iterable[Sequence[Judged]]) -> list[int]:
+    """
+    Return the runs of all controllers that are replayed.
+
+    They are the first in which any controller fails and, of those in which all succeed, three in the middle of the sum
+    of their late errors.
+    """
+    ran = list(zip(*controllers, strict=False))
+    failures = [n for n, runs in enumerate(ran) if not all(run.success for run in runs)][:FAILURES]
+    ordered = sorted((n for n, runs in enumerate(ran) if all(run.success for run in runs)),
+                     key=lambda n: sum(run.metrics['late_max_position_error'] for run in ran[n]))
+    first = max(0, (len(ordered) - MEDIANS) // 2)
+    return failures + ordered[first:first + MEDIANS]
+
+
+def starts_figure(controllers: Mapping[str, StudiedRuns]) -> Figure:
+    """Return the map of a study: the starts, marked by outcome, and the region of most failures."""
+    panels = []
+    for name, runs in controllers.items():
+        share = sum(run.success for run in runs.judged) / len(runs.judged)
+        split = best_split(runs.scenarios, runs.judged)
+        circle = split.value if split and split.quantity == 'start_distance' and isinstance(split.value, float) else 0.0
+        title = '\n'.join([plain(f'{name.replace("_", " ")}: {100.0 * share:.2f} %'), *_split_lines(split)])
+        panels.append(Panel(name, "y from the cart's start", 'm', (), "x from the cart's start [m]", in_plane=True,
+                            marks=tuple(_marks(runs)), circle=circle, title=title))
+    return Figure('starts', '', '', (), tuple(panels), 5.2, 4.6 * len(panels) + 0.6, [list(controllers)])
+
+
+def _marks(runs: StudiedRuns) -> Iterator[Marks]:
+    """Yield the starts of runs by outcome."""
+    starts = [(run, scenario.start) for scenario, run in zip(runs.scenarios, runs.judged, strict=False)
+              if scenario.start is not None]
+    yield Marks('success', 'o', 6.0, 0, _places(start for run, start in starts if run.success))
+    for outcome, (marker, size, label) in _FAILED.items():
+        places = _places(start for run, start in starts if not run.success and run.outcome == outcome)
+        if len(places):
+            yield Marks(label, marker, size, 1, places, with_headings=True)
+
+
+def _places(starts: Iterable[Pose]) -> Floats:
+    return np.array([tuple(start) for start in starts], float).reshape(-1, 3)
+
+
+def _split_lines(split: Split | None) -> list[str]:
+    """Describe the region of most failures, as lines of a title; none if unknown."""
+    if split is None:
+        return []
+    (there, drawn), (rest, others) = split.there, split.elsewhere
+    return textwrap.wrap(f'{split.words}: {there} of {drawn} fail, elsewhere {rest} of {others}', _TITLE_WIDTH)
+
+
+def _distribution(values: Sequence[float]) -> list[float]:
+    """Return finite values in ascending order, some hundred at most, including the smallest and the largest."""
+    known = np.sort([value for value in values if math.isfinite(value)])
+    return [float(value) for value in known[np.linspace(0, known.size - 1, min(known.size, _POINTS)).astype(int)]]
+
+
+def _labels(judgement: Judgement) -> dict[str, tuple[str, str]]:
+    """Return label and unit of each metric, compared ones first."""
+    labels = metric_labels(judgement.band)
+    return {name: labels[name] for name in dict.fromkeys([*judgement.metrics, *labels])}
+
+
+def _shown(runs: StudiedRuns, labels: Iterable[str]) -> list[str]:
+    """Return the names of the metrics of runs."""
+    return [metric for metric in labels if metric in runs.judged[0].metrics]
+
+
+def study_data(controllers: Mapping[str, StudiedRuns], judgement: Judgement, command_line: str = '') -> dict[str, Any]:
+    """Return the data of web/study.js, ready for JSON; replays are by the index of a run, from 0."""
+    labels = _labels(judgement)
+    metrics = dict.fromkeys(metric for runs in controllers.values() for metric in _shown(runs, labels))
+    return {'command': command_line, 'controllers': [_of_controller(name, runs, metrics, LINES[n % len(LINES)][0])
+                            for n, (name, runs) in enumerate(controllers.items())],
+            'metrics': [dict(zip(('name', 'label', 'unit'), (name, *labels[name]), strict=True)) for name in metrics]}
+
+
+def _of_controller(name: str, runs: StudiedRuns, shown: Iterable[str], color: str) -> dict[str, Any]:
+    done = list(zip(runs.scenarios, runs.judged, strict=False))
+    starts = [scenario.start for scenario, _ in done if scenario.start is not None]
+    metrics = {metric: [run.metrics[metric] for _, run in done] for metric in _shown(runs, shown)}
+    return {
+        'name': name, 'light': color, 'dark': on_dark(color), 'count': len(done),
+        'columns': {**{axis: pack([getattr(start, axis) for start in starts]) for axis in ('x', 'y', 'heading')},
+                    'success': pack([float(run.success) for _, run in done]),
+                    **{metric: pack(np.where(np.abs(values) < _LARGEST, values, np.nan))
+                       for metric, values in metrics.items()}},
+        'distributions': {metric: {'of': len(values), 'values': _distribution(values)}
+                          for metric, values in metrics.items()},
+        'replays': {str(n): replayed for n, run in runs.replays.items()
+                    if (replayed := replay_data([run], _POSES)) is not None},
+    }
+
+
+def _table(numbers: Mapping[str, Mapping[str, Any]], labels: Mapping[str, tuple[str, str]]) -> str:
+    """Return the quantiles of the metrics of all controllers side by side, as HTML."""
+    rows = []
+    for metric, (label, unit) in labels.items():
+        found = [one['metrics'].get(metric) for one in numbers.values()]
+        for name, words in (('median', 'median'), ('95_percent', '95 %'), ('worst', 'worst')):
+            cells = quantities([one[name] if one else None for one in found], unit)
+            if set(cells) - {'–'}:
+                rows.append([f'{escape(label)}, {words}', *cells])
+    return page.html_table(['', *numbers], rows)
+
+
+def _paragraphs(texts: Sequence[str]) -> str:
+    return ''.join(f'<p>{escape(text)}</p>' for text in texts)
+
+
+def _parts(
+    controllers: Mapping[str, StudiedRuns], judgement: Judgement, svg: str, made: Mapping[str, Any], interrupted: bool
+) -> Iterator[str]:
+    """Yield the page from top to bottom, as HTML."""
+    numbers = {name: summarise_runs(runs.judged) for name, runs in controllers.items()}
+    judged = {name: runs.judged for name, runs in controllers.items()}
+    answers = [text for text in (answer_text(judged, judgement.metrics, judgement.band),) if text]
+    answers += [success_text(name, found) for name, found in numbers.items()]
+    said = ''.join(f'<p{"" if n else " class=answer"}>{escape(text)}.</p>' for n, text in enumerate(answers))
+    yield f'<section class="first"><h1>Study</h1>{said}</section>'
+    yield f'<p class="soft">Success: {escape(judgement.criterion)}.</p>'
+    if interrupted:
+        yield page.warning('What is missing', ['the study was interrupted; the page has the runs that were done'])
+    compared = list(comparison_texts(judged, judgement.metrics, judgement.band))
+    failures = {name: list(failure_texts(runs.scenarios, runs.judged)) for name, runs in controllers.items()}
+    yield page.contents([('starts', 'Starts', ()), *([('failures', 'Failures', ())] if any(failures.values()) else []),
+                         *([('compared', 'Compared', ())] if compared else []), ('metrics', 'Metrics', ()),
+                         ('runs', 'Runs', ()), ('holds', 'What holds', ())])
+    yield page.section('starts-section', 'Starts', page.picture(
+        'Where the robot started', "Offset from the cart's start; lines show headings. A click on a ringed run, or its "
+        'name, replays it.', page.drawing(svg), name='starts'),
+        '<div class="replay" id="replay" hidden></div>')
+    if any(failures.values()):
+        yield page.section('failures', 'Failures', *(
+            f'<h3>{escape(name)}</h3>{_paragraphs(texts)}' for name, texts in failures.items() if texts))
+    if compared:
+        yield page.section('compared', 'Compared', _paragraphs(compared))
+    yield page.section('metrics', 'Metrics', _table(numbers, _labels(judgement)),
+                       page.live('Distributions', 'The share of runs that have at most a value.', 'distributions'))
+    yield page.section('runs', 'Runs', page.live(
+        'All runs', 'A head sorts by its column, a run is replayed by its command.', 'run-table'))
+    holds = [part for name, runs in controllers.items()
+             for part in (f'<h3>{escape(name)}</h3>', *promise_parts(runs.promise))]
+    yield page.section('holds', 'What holds', *holds)
+    yield page.made_with(made, made['parameters'])
+    yield page.json_block('study-data', study_data(controllers, judgement, made['command_line']))
+
+
+def write_study_page(
+    file: Path, controllers: Mapping[str, StudiedRuns], judgement: Judgement, svg: str, made: Mapping[str, Any],
+    interrupted: bool = False,
+) -> None:
+    """
+    Write the page of a study.
+
+    Parameters
+    ----------
+    file : Path
+        HTML.
+    controllers : mapping of str to StudiedRuns
+        By name, each with at least one run.
+    judgement : Judgement
+        The criteria for the runs.
+    svg : str
+        The map of starts, for paper and for browsers without scripts.
+    made : mapping of str to object
+        Result of `provenance` for all controllers by name.
+    interrupted : bool
+        Whether runs are missing.
+    """
+    scripts = [*replay_scripts(), *map(asset, (UPLOT_SCRIPT, 'charts.js', 'study.js'))]
+    parts = _parts(controllers, judgement, svg, made, interrupted)
+    write_atomically(file, page.page('Study', parts, [*replay_styles(), *chart_styles()], scripts))

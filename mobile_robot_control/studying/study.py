@@ -1,0 +1,177 @@
+"""`study`: a Monte Carlo study, without files."""
+
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobile_robot_control.loop.workers import runner
+from mobile_robot_control.parameters.requests import make_request
+from mobile_robot_control.runs.run import as_dataframe
+from mobile_robot_control.search.tune import refuse_files
+from mobile_robot_control.settings.configure import File, parameter_sources
+from mobile_robot_control.settings.provenance import call_text, provenance
+from mobile_robot_control.studying.engine import (
+    StudiedController,
+    StudyRequest,
+    run_study,
+    studied_controllers,
+    study_columns,
+    study_rows,
+    study_values,
+)
+from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.texts import printable
+
+if TYPE_CHECKING:
+    from mobile_robot_control.report.inline_page import InlinePage
+
+
+Compared = Mapping[str, File | Mapping[str, object]] | Sequence[File] | File
+
+
+class Study(NamedTuple):
+    """
+    The result of a Monte Carlo study.
+
+    Attributes
+    ----------
+    values : dict of str to object
+        As in `study.json`, without its provenance.
+    runs : dict of str to array, each of shape (n,)
+        The columns of `runs.csv`, a row for each run of each controller; `success` is an array of bool, and unknown
+        values are nan.
+    provenance : dict of str to object
+        The call, versions and parameters that produced it.
+    request : StudyRequest
+        The request.
+    studied : dict of str to StudiedController
+        All runs with their scenarios, by controller.
+    """
+
+    values: dict[str, Any]
+    runs: dict[str, NDArray[Any]]
+    provenance: dict[str, Any]
+    request: StudyRequest
+    studied: dict[str, StudiedController]
+
+    def __repr__(self) -> str:
+        lines = [f'  {printable(name)}: {_in_words(found)}' for name, found in self.controllers.items()]
+        return '\n'.join([f'<Study: seed {self.values["seed"]}, success is {self.values["success"]}', *lines]) + '>'
+
+    @property
+    def controllers(self) -> dict[str, dict[str, Any]]:
+        """Success rate, its interval, the metrics and the failures (`failures`), by controller."""
+        found: dict[str, dict[str, Any]] = self.values['controllers']
+        return found
+
+    @property
+    def comparisons(self) -> list[dict[str, Any]]:
+        """Paired differences in the same scenarios, one entry for each pair of controllers; [] for one."""
+        found: list[dict[str, Any]] = self.values['comparisons']
+        return found
+
+    def report(self, folder: File) -> 'InlinePage':
+        """
+        Write the files of the command `study` into a folder, and return its page for display in notebooks.
+
+        Raises
+        ------
+        OSError
+            If the files cannot be written.
+        """
+        # imported late: Matplotlib takes a second
+        from mobile_robot_control.report.inline_page import inline  # noqa: PLC0415
+        from mobile_robot_control.studying.command import write_study  # noqa: PLC0415
+
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        return inline(write_study(Path(folder), self.request, self.studied, self.provenance))
+
+    def to_dataframe(self) -> Any:
+        """Return `runs` as a table of pandas; raise ModuleNotFoundError if that is not installed."""
+        return as_dataframe(dict(self.runs))
+
+
+def _in_words(found: Mapping[str, Any]) -> str:
+    """Describe the success of a controller in a line."""
+    low, high = (f'{100.0 * end:.4g}' for end in found['success_interval'])
+    median = found['metrics']['rms_position_error']['median']
+    error = '' if median is None else f', median RMS position error {median:.4g} m'
+    return f'{found["successes"]} of {found["runs"]} runs succeeded (95 % interval {low} to {high} %){error}'
+
+
+def study(
+    *files: File, runs: int, seed: int, compare: Compared = (), robot: File | None = None,
+    parameters: Mapping[str, object] | None = None, laps: float | None = None, curves: Collection[str] = (),
+    scales: Collection[float] = (), workers: int | None = None, progress: bool = False, **options: object,
+) -> Study:
+    """
+    Study controllers in the same random scenarios, as the command `study` does: the same seed gives the same numbers.
+
+    Parameters
+    ----------
+    *files : path
+        ROS 2 parameter files, later ones win; without any, the defaults.
+    runs : int
+        Of each controller.
+    seed : int
+        Of all random numbers.
+    compare : mapping of str to (path or mapping), or sequence of path
+        The controllers, each in addition to files and parameters: by name a parameter file, or values by
+        ``NODE.PARAMETER``; or files, named as by the command. If empty, only the configured controller.
+    robot : str or path or None
+        A robot of this package, or the parameter file of one.
+    parameters : mapping of str to object or None
+        Values by ``NODE.PARAMETER``, which win over the files.
+    laps : float or None
+        Length of each run; 2 if None.
+    curves : collection of str
+        To draw from; trifolium and lemniscate if empty.
+    scales : collection of float
+        To draw from [m]; 0.5 and 1 if empty.
+    workers : int or None
+        Cores of this machine; all if None.
+    progress : bool
+        Whether to show a progress bar.
+    **options : object
+        Further options of the command, by their names with underscores, such as ``within=0.5`` or ``longest_delay=2``.
+
+    Returns
+    -------
+    Study
+        Statistics of each controller, and all runs.
+
+    Raises
+    ------
+    ParameterError
+        With every violation and its remedy.
+
+    Examples
+    --------
+    A study takes from some seconds on, as it compiles the loop::
+
+        softer = {'position_controller.backstepping.g': 5.0}
+        print(study(runs=200, seed=1, compare={'shipped': {}, 'softer': softer}))
+
+    A request that cannot be met is refused before that:
+
+    >>> study(runs=9, seed=1, scales=[-1.0])
+    Traceback (most recent call last):
+    mobile_robot_control.parameters.declaration.ParameterError: scales = -1.0 is not allowed; it must be above 0.0 m
+
+    """
+    refuse_files(options)
+    sources = parameter_sources(files, robot, parameters)
+    asked = {'runs': runs, 'seed': seed, 'compare': compare, 'laps': laps, 'curves': curves or None,
+             'scales': scales or None, 'workers': workers, **options}
+    request = make_request(StudyRequest, {'sources': sources, **asked})
+    controllers = studied_controllers(request)
+    with runner(request.where) as run, tqdm(total=runs * len(controllers), disable=not progress, unit='run') as bar:
+        results = run_study(request, controllers, run, bar.update, lambda: False)
+    columns = zip(*study_rows(results), strict=True)
+    table = {name: np.array(column) for name, column in zip(study_columns(results), columns, strict=True)}
+    call = call_text('study', *files, robot=robot, parameters=parameters, **asked)
+    return Study(study_values(request, results, interrupted=False),
+                 {**table, 'success': table['success'].astype(bool)}, provenance(call, controllers), request, results)

@@ -1,1 +1,0 @@
-"""The search for gains, and Monte Carlo studies of their robustness."""

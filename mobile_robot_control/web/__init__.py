@@ -1,1 +1,0 @@
-"""Scripts and data of pages in a browser, shared by reports and the live page."""

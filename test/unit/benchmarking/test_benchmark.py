@@ -1,0 +1,390 @@
+"""The command `benchmark`: its table, hash, files and exit codes, on a track so small that rollouts run plain."""
+
+import contextlib
+import csv
+import json
+import multiprocessing
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from each import each_row
+
+import mobile_robot_control as mrc
+from mobile_robot_control.benchmarking import command as benchmark
+from mobile_robot_control.benchmarking import command as benchmark_files
+from mobile_robot_control.benchmarking import side_by_side
+from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, is_first, law_summaries
+from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.loop import batch
+from mobile_robot_control.parameters.declaration import ParameterError, flatten
+from mobile_robot_control.parameters.plugins import register
+from mobile_robot_control.settings.configure import ParameterSources
+from mobile_robot_control.system.process import Interrupt
+
+TRACK = """
+track: {ros__parameters: {purpose: A curve of a hand's breadth., curves: [trifolium], scales: [0.05],
+    laps: 0.5}}
+/**: {ros__parameters: {reference_horizon: 1, velocity_rate: 50.0, position_rate: 50.0}}
+/**/plant: {ros__parameters: {drive: velocity}}
+/**/reference_cart: {ros__parameters: {curve: trifolium, scale: 0.05, period: 1.0}}
+"""
+LAW = """
+from typing import Annotated, NamedTuple
+from mobile_robot_control import BodyVelocity, Field, Law
+
+class Gains(NamedTuple):
+    k: Annotated[float, Field('1/s', 'larger closes the gap sooner', above=0.0, search=(0.0, 5.0))] = 1.0
+
+def step(state, observation, gains, dt):
+    e1, e2, e3 = observation.error
+    v, w = observation.reference.velocity
+    {failure}
+    return state, BodyVelocity(v + gains.k * e1, w + e2 + gains.k * e3)
+
+LAW = Law('{name}', step, Gains)
+"""
+SMALL = ['--budgets', '25', '--scenarios', '1', '--runs', '4', '--workers', '1']
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch, registered):
+    monkeypatch.setattr(batch, 'COMPILES', False)
+
+
+@pytest.fixture
+def track(tmp_path):
+    file = tmp_path / 'small.yaml'
+    file.write_text(TRACK)
+    return file
+
+
+def run(track, folder, *arguments):
+    return benchmark.main(['--tracks', str(track), '--output', str(folder), *SMALL, *map(str, arguments)])
+
+
+def read(folder):
+    with (folder / 'benchmark.csv').open() as file:
+        return json.loads((folder / 'benchmark.json').read_text()), list(csv.DictReader(file))
+
+
+def hash_of(folder):
+    return read(folder)[0]['hash']
+
+
+class _Stopped(contextlib.nullcontext):
+    """Asks to stop after so many generations."""
+
+    def __init__(self, generations):
+        super().__init__(self)
+        self._left = generations
+
+    @property
+    def requested(self):
+        self._left -= 1
+        return self._left < 0
+
+
+class _Bar(contextlib.nullcontext):
+    """Adds up its updates."""
+
+    def __init__(self, shown):
+        super().__init__(self)
+        self._shown = shown
+
+    def update(self, count):
+        self._shown[1] += count
+
+
+def test_laws_are_searched_and_judged_and_the_same_seed_gives_the_same_hash_from_python_too(track, tmp_path, capsys):
+    laws = ('kanayama', 'ramsete')
+    assert run(track, tmp_path / 'one', '--laws', *laws) == 0
+    values, rows = read(tmp_path / 'one')
+    assert f'hash {values["hash"]}' in capsys.readouterr().out
+    assert [(row['law'], row['track'], row['runs']) for row in rows] == [
+        (row['law'], 'small', '4') for row in values['results']]
+    assert {row['law'] for row in rows} == set(laws)
+    for row in values['results']:
+        assert set(row['gains']) == {f'position_controller.{row["law"]}.{name}' for name in (
+            ('kx', 'ky', 'ktheta') if row['law'] == 'kanayama' else ('b', 'zeta'))}
+        assert row['successes'] == row['shared'] == 4
+        assert 0.0 < row['rms'] <= row['rms_95'] <= row['worst']
+        assert row['peak_wheel_torque'] is None
+        assert row['step_time'] > 0.0
+    page = (tmp_path / 'one' / 'benchmark.html').read_text()
+    assert values['hash'] in page
+    assert page.count('class="sortable"') == 2
+    # elsewhere and later
+    found = mrc.benchmark(laws=laws, tracks=[track], budgets=[25], scenarios=1, runs=4, workers=1)
+    assert found.hash == values['hash']
+    assert found.hash in repr(found)
+    assert list(found.to_dataframe()['law']) == [row['law'] for row in rows]
+    assert found.hash in found.report(tmp_path / 'page').html
+    assert run(track, tmp_path / 'other', '--laws', *laws, '--seed', 2) == 0
+    assert hash_of(tmp_path / 'other') != values['hash']
+
+
+def test_a_law_of_a_file_ranks_beside_the_shipped_ones_and_those_that_fail_come_last_with_their_reason(track, tmp_path):
+    for name, failure in (('mine', 'pass'), ('raises', "raise ValueError('no answer')"), ('empty', "v = float('nan')")):
+        (tmp_path / f'{name}.py').write_text(LAW.format(name=name, failure=failure))
+    assert run(track, tmp_path / 'out', '--laws', 'kanayama', 'raises', 'mine', 'empty', *(
+        word for name in ('mine', 'raises', 'empty') for word in ('--law', tmp_path / f'{name}.py')),
+        # so long that a search in which all fail ends before
+        '--budgets', 100) == 0
+    rows = {row['law']: row for row in read(tmp_path / 'out')[0]['results'] if row['budget'] == 100}
+    assert list(rows)[2:] == ['raises', 'empty']
+    assert rows['mine']['successes'] == 4
+    assert rows['mine']['rank'] <= 2 >= rows['kanayama']['rank']
+    assert (rows['raises']['rank'], rows['empty']['last_rank']) == (3, 4)
+    assert 'no answer' in rows['raises']['reason']
+    assert 'not finite' in rows['empty']['reason']
+    assert 'no answer' in (tmp_path / 'out' / 'benchmark.html').read_text()
+
+
+@each_row(('works', 'asked'), [('gains.k == 1.0', ['--budgets', 100]), ('False', []), ('True', ['--no-tune'])])
+def test_a_law_whose_search_drives_no_candidate_is_not_searched_has_no_rank_and_counts_in_no_mean(
+    track, tmp_path, capsys, works, asked
+):
+    """Its configured gains may work, which no search has tried."""
+    for name in ('one', 'two'):
+        (tmp_path / f'{name}.py').write_text(LAW.format(name=name, failure=f'v = v if {works} else 1e9'))
+    assert run(track, tmp_path / works, '--laws', 'one', 'kanayama', 'two', *asked, *(
+        word for name in ('one', 'two') for word in ('--law', tmp_path / f'{name}.py'))) == 0
+    searched = works == 'True'
+    values, table = read(tmp_path / works)
+    rows = [(row, cells) for row, cells in zip(values['results'], table, strict=True) if row['law'] != 'kanayama']
+    for row, cells in rows:
+        assert (row['rank'] is None) == (row['last_rank'] is None) == (cells['rank'] == '') == (not searched)
+        assert row['reason'].startswith('not searched: no individual') is not searched
+        assert cells['reason'] == row['reason']
+    alone = law_summaries(values)
+    assert [one.tables == 0 for one in alone] == [False] + [not searched] * 2
+    if not searched:
+        assert {row['last_rank'] for row in values['results'] if row['law'] == 'kanayama'} == {1}
+        assert [one.not_searched for one in alone] == [(), ('small',), ('small',)]
+    printed, page = capsys.readouterr().out, (tmp_path / works / 'benchmark.html').read_text()
+    assert ('one: not searched on small\n' in printed) is not searched
+    assert ('>not searched<' in page) is not searched
+    assert '>failed</td>' not in page
+
+
+def test_a_law_that_succeeds_in_fewer_than_half_of_the_runs_is_no_first():
+    row = {'rank': 1, 'last_rank': 3, 'runs': 100}
+    assert [is_first(row | {'successes': successes}) for successes in (0, 25, 49, 50, 100)] == [False] * 3 + [True] * 2
+    assert not is_first(row | {'successes': 100, 'rank': 2})
+
+
+def test_what_a_folder_holds_is_kept_unless_asked(track, tmp_path, capsys):
+    out, words = tmp_path / 'out', ['--no-tune', '--laws', 'ramsete']
+    assert run(track, out, *words) == 0
+    values, _ = read(out)
+    assert values['budgets'] == []
+    configured = flatten(mrc.configure({}).position_controller.control.ramsete)
+    assert values['results'][0]['gains'] == {f'position_controller.ramsete.{name}': value
+                                             for name, value in configured.items()}
+    assert run(track, out, *words) == 2
+    assert '--resume' in capsys.readouterr().err
+    # nothing is run again, and another law is added
+    before = {file: file.stat().st_mtime_ns for file in (out / 'cells').iterdir()}
+    assert run(track, out, *words, 'kanayama', '--resume') == 0
+    assert all(file.stat().st_mtime_ns == time_ns for file, time_ns in before.items())
+    assert len(read(out)[1]) == 2
+
+
+def test_a_longer_search_begins_with_the_shorter_one(track, tmp_path):
+    found = {}
+    for budgets in ((), (50,)):
+        # after 25, the first of SMALL
+        assert run(track, tmp_path / str(budgets), '--laws', 'ramsete', '--budgets', 25, *budgets) == 0
+        found[budgets] = {row['budget']: row['gains'] for row in read(tmp_path / str(budgets))[0]['results']}
+    alone = mrc.benchmark(laws=['ramsete'], tracks=[track], budgets=[50], scenarios=1, runs=4, workers=1)
+    assert found[50,] == {25: found[()][25], 50: alone.results[0]['gains']}
+
+
+def test_training_and_judging_have_no_scenario_in_common_and_are_those_of_every_law(track):
+    cells = Benchmark(BenchmarkRequest(ParameterSources(), ('kanayama', 'lqr'), (str(track), 'noise', 'delay'))).cells
+    for first, second in zip(cells[:3], cells[3:], strict=True):
+        training, judging = (first.drawn(use, first.configuration(), 50) for use in ('training', 'judging'))
+        assert not set(training) & set(judging)
+        assert judging == second.drawn('judging', second.configuration(), 50)
+        assert training == second.drawn('training', second.configuration(), 50)
+    assert {one.delay for one in cells[2].drawn('judging', cells[2].configuration(), 50)} == {1, 2}
+
+
+def test_an_interrupted_benchmark_goes_on_to_the_same_hash(track, tmp_path, monkeypatch, capsys):
+    laws = ['--laws', 'kanayama', 'ramsete', '--budgets', '50']
+    assert run(track, tmp_path / 'whole', *laws) == 0
+    for generations in (1, 3):
+        monkeypatch.setattr(benchmark_files, 'Interrupt', lambda generations=generations: _Stopped(generations))
+        assert run(track, tmp_path / 'stopped', *laws, '--resume') == 1
+        assert '--resume goes on' in capsys.readouterr().err
+        assert not (tmp_path / 'stopped' / 'benchmark.json').exists()
+    monkeypatch.setattr(benchmark_files, 'Interrupt', Interrupt)
+    assert run(track, tmp_path / 'stopped', *laws, '--resume') == 0
+    assert hash_of(tmp_path / 'stopped') == hash_of(tmp_path / 'whole')
+
+
+def test_two_processes_give_the_hash_of_one_also_where_a_law_came_by_hand_and_after_an_interrupt(
+    track, tmp_path, monkeypatch, capsys
+):
+    register(LAWS['kanayama']._replace(name='by_hand'))
+    laws = ['--laws', 'kanayama', 'by_hand', 'ramsete']
+    assert run(track, tmp_path / 'one', *laws) == 0
+    ends = []
+    monkeypatch.setattr(benchmark_files, 'tqdm', lambda total, **_: ends.append([total, 0]) or _Bar(ends[-1]))
+    monkeypatch.setattr(benchmark_files, 'Interrupt', lambda: _Stopped(0))
+    assert run(track, tmp_path / 'two', *laws, '--workers', 2) == 1
+    assert 'after 0 of 3 cells' in capsys.readouterr().err
+    monkeypatch.setattr(benchmark_files, 'Interrupt', Interrupt)
+    assert run(track, tmp_path / 'two', *laws, '--workers', 2, '--resume') == 0
+    assert ends[-1][0] == ends[-1][1]
+    assert multiprocessing.active_children() == []
+    assert hash_of(tmp_path / 'two') == hash_of(tmp_path / 'one')
+
+
+def _damaged(*_):
+    raise ParameterError(['a journal is damaged'])
+
+
+@each_row(('end', 'told'), [
+    (_damaged, 'a journal is damaged'), (lambda *_: os.kill(os.getpid(), signal.SIGKILL), 'fewer --workers')])
+def test_an_error_in_a_process_and_its_death_are_told(track, tmp_path, monkeypatch, capsys, end, told):
+    monkeypatch.setattr(side_by_side, 'run_cell', end)
+    assert run(track, tmp_path / 'out', '--laws', 'kanayama', 'ramsete', '--workers', 2) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_processes_end_with_a_parent_that_is_killed(track, tmp_path):
+    """They would go on with the journals of the next benchmark."""
+    code = ('import os, sys, time; from mobile_robot_control.benchmarking import command; '
+            'from mobile_robot_control.benchmarking import side_by_side; '
+            'side_by_side.run_cell = lambda *_: os.write(1, b"%d\\n" % os.getpid()) and time.sleep(600); '
+            'command.main(sys.argv[1:])')
+    with subprocess.Popen(
+            [sys.executable, '-c', code, '--tracks', str(track), '--output', str(tmp_path / 'out'), '--laws',
+             'kanayama', 'ramsete', *SMALL, '--workers', '2'], stdout=subprocess.PIPE, text=True) as parent:
+        workers = [int(parent.stdout.readline()) for _ in range(2)]
+        assert parent.pid not in workers
+        parent.kill()
+        # all that write to the pipe have ended
+        assert parent.stdout.read() == ''
+
+
+@each_row(('arguments', 'told'), [
+    (['--robot', 'kobuki'], 'each track names its robot'),
+    (['--tracks', 'rectangel'], "did you mean 'rectangle'?"),
+    (['--laws', 'lqrr'], 'lqrr'),
+    (['--verify'], 'holds no benchmark'),
+    (['--tracks', 'none.yaml'], "none.yaml: has no section 'track'"),
+    (['--tracks', 'within.yaml'], 'purpose is missing'),
+    (['--tracks', 'wihtin.yaml'], "did you mean 'within'?"),
+])
+def test_what_cannot_be_compared_is_refused_by_name(track, tmp_path, capsys, monkeypatch, arguments, told):
+    monkeypatch.chdir(tmp_path)
+    for name, text in (('none', ''), ('within', 'track: {ros__parameters: {within: 1.0}}\n'),
+                       ('wihtin', 'track: {ros__parameters: {purpose: x, wihtin: 1.0}}\n')):
+        (tmp_path / f'{name}.yaml').write_text(f'{text}/**: {{ros__parameters: {{velocity_rate: 100.0}}}}')
+    with pytest.raises(SystemExit) if '--laws' in arguments else contextlib.nullcontext():
+        assert run(track, tmp_path / 'out', *arguments) == 2
+    assert told in capsys.readouterr().err
+
+
+@each_row(('said', 'told'), [
+    ('{initial_pose: 5}', 'initial_pose = 5'), ('{initial_pose: [a, b, c]}', 'initial_pose = ['),
+    ('{initial_pose: [1.0]}', 'initial_pose = ['), ('{initial_pose: {x: 1.0}}', 'initial_pose.x = 1.0'),
+    ('{gains: {b: [1.0, 2.0]}}', 'ramsete.b = [1.0, 2.0]'), ('{gains: {b: much}}', "ramsete.b = 'much'"),
+    ('{gains: {b: true}}', 'ramsete.b = True'), ('{gains: {b: -1.0}}', 'ramsete.b = -1.0'), ('{gains: {k: 1.0}}', 'k'),
+    ('{gains: 5.0}', 'ramsete.gains = 5.0'), ('{metrics: {iae: [1.0]}}', 'iae = [1.0]'),
+    ('{metrics: {iae: small}}', "iae = 'small'"), ('{metrics: {iae: .nan}}', 'iae = nan'),
+    ('{metrics: 5.0}', 'metrics = 5.0'), ('{metrics: {ieae: 1.0}}', "did you mean 'iae'?"),
+    ('{metrics: {peak_wheel_torque: 1.0}}', "no metric 'peak_wheel_torque'"),
+])
+def test_what_no_publication_can_report_is_refused_before_anything_runs(track, tmp_path, capsys, said, told):
+    track.write_text(f'{TRACK}\npublished: {{ros__parameters: {{ramsete: {said}}}}}')
+    assert run(track, tmp_path / 'out', '--laws', 'ramsete', '--no-tune') == 2
+    printed = capsys.readouterr().err
+    assert f'{track}: published: ' in printed
+    assert told in printed
+    assert not (tmp_path / 'out').exists()
+
+
+def test_a_published_number_that_a_run_does_not_have_is_a_dash(track, tmp_path, capsys):
+    track.write_text(f'{TRACK}\npublished: {{ros__parameters: {{ramsete: {{metrics: {{energy: 1.0, iae: 1}}}}}}}}')
+    assert run(track, tmp_path / 'out', '--laws', 'ramsete', '--no-tune') == 0
+    assert 'energy – (1 published), iae 0.' in capsys.readouterr().out
+
+
+@each_row('damage', [
+    b'', b'null', b'5', b'"results"', b'{}', b'[1]', b'\xff\xfe\x00', b'9' * 5000, b'[' * 100_000, b'{"a":' * 100_000,
+    lambda whole: whole[:len(whole) // 2], lambda whole: whole.replace(b'true', b'false', 1),
+    lambda whole: json.dumps(json.loads(whole)['cell']).encode(), lambda whole: whole.decode().encode('utf-16') + b'x',
+    'fifo', 'folder', 'endless',
+], name=lambda damage: str(damage)[:20])
+def test_a_damaged_cell_is_told_by_name_before_anything_runs(track, tmp_path, capsys, monkeypatch, damage):
+    out = tmp_path / 'out'
+    words = ['--no-tune', '--laws', 'ramsete', 'kanayama', '--runs', 2]
+    assert run(track, out, *words, '--overwrite') == 0
+    cell, *_ = sorted((out / 'cells').iterdir())
+    whole = cell.read_bytes()
+    cell.unlink()
+    if isinstance(damage, str):
+        {'fifo': os.mkfifo, 'folder': os.mkdir, 'endless': lambda file: file.symlink_to('/dev/zero')}[damage](cell)
+    else:
+        cell.write_bytes(damage(whole) if callable(damage) else damage)
+    for more in ('--resume', '--verify'):
+        with monkeypatch.context() as patch:
+            patch.setattr(side_by_side, 'run_cell', _damaged)
+            assert run(track, out, *words, more) == 2
+        assert f'{cell}: ' in (printed := capsys.readouterr().err)
+        assert 'remove it, and --resume' in printed
+    if damage == 'folder':
+        cell.rmdir()
+    else:
+        cell.unlink()
+    assert run(track, out, *words, '--resume') == 0
+
+
+def generations(folder):
+    """Count those that were scored, of finished cells and of those begun."""
+    found = 20 * len([*folder.glob('cells/*.json')])
+    for file in folder.glob('cells/*.journal'):
+        # that of a cell which ends now
+        with contextlib.suppress(FileNotFoundError):
+            found += file.read_bytes().count(b'\n') - 1
+    return found
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize('where', [['--workers', '1'], ['--workers', '2'], 'dask'])
+def test_killed_at_ten_random_moments_it_ends_with_the_same_hash(tmp_path, request, where):
+    command = [sys.executable, '-m', 'mobile_robot_control.benchmarking.command', '--laws', 'kanayama', 'periodic',
+               '--tracks',
+               'published', 'on_curve', '--budgets', '500', '--runs', '10', '--scenarios', '4', '--output']
+    if where == 'dask':
+        from distributed import LocalCluster  # an extra
+
+        cluster = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
+        request.addfinalizer(cluster.close)
+        where = ['--scheduler', cluster.scheduler_address]
+    whole, killed = tmp_path / 'whole', tmp_path / 'killed'
+    command, resumed = [*command, str(whole)], [*command, str(killed), *where, '--resume']
+    subprocess.run(command, check=True, capture_output=True)
+    rng, kills = random.Random(1), 0  # noqa: S311 (of moments)
+    for _ in range(10):
+        started = subprocess.Popen(resumed, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        # of 80 generations: however fast the machine is, ten kills leave some
+        enough = generations(killed) + rng.randint(0, 5)
+        while started.poll() is None and generations(killed) <= enough:
+            time.sleep(0.05)
+        time.sleep(rng.uniform(0.0, 0.2))
+        kills += started.poll() is None
+        started.kill()
+        started.wait()
+    assert kills >= 5
+    subprocess.run(resumed, check=True, capture_output=True)
+    assert hash_of(killed) == hash_of(whole)

@@ -1,0 +1,121 @@
+"""The command `identify`: files, page, exit codes."""
+
+import json
+import shutil
+import struct
+import sys
+import warnings
+
+import numpy as np
+import pytest
+import yaml
+from bag_making import CMD_VEL, KINDS
+from drawn_robots import commands, record
+
+from mobile_robot_control.identification.command import main
+from mobile_robot_control.model.base import Base
+from mobile_robot_control.quantities import BodyVelocity
+from mobile_robot_control.runs.bag_files import BagFiles
+from mobile_robot_control.runs.bag_writer import BagWriter
+
+TOPICS = ['--topic', 'odom:=/base/odom', '--topic', 'cmd_vel:=/base/cmd_vel']
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory):
+    random = np.random.default_rng(0)
+    return record(tmp_path_factory.mktemp('identify') / 'bag', random, Base(lag=(0.1, 0.1)), seconds=15.0)
+
+
+def test_it_writes_a_file_and_a_page_of_a_bag_that_was_cut_off(bag, tmp_path, capsys):
+    report, cut = tmp_path / 'report', tmp_path / 'cut'
+    shutil.copytree(bag, cut)
+    file, = cut.glob('*.mcap')
+    file.write_bytes(file.read_bytes()[:int(0.9 * file.stat().st_size)])
+    assert main([str(cut), *TOPICS, '--output', str(tmp_path / 'mine.yaml'), '--report', str(report), '--compare',
+                 'create3']) == 0
+    assert 'foretells' in capsys.readouterr().out
+    sections = yaml.safe_load((tmp_path / 'mine.yaml').read_text())
+    identified = sections['/**/identify']['ros__parameters']
+    assert len(identified['covariance']) == len(identified['names'])**2 == len(identified['values'])**2
+    assert sections['/**/plant']['ros__parameters']['base.lag'] == pytest.approx([0.1, 0.1], rel=0.05)
+    assert 'cut: the recording was cut off: bag.mcap has no end' in (tmp_path / 'mine.yaml').read_text()
+    found = json.loads((report / 'identification.json').read_text())
+    assert {one['name'] for one in found['parameters']} >= set(identified['names'])
+    assert 'create3' in (report / 'identification.html').read_text()
+
+
+def test_what_is_missing_is_named_with_the_remedy(bag, tmp_path, capsys, monkeypatch):
+    still = record(tmp_path / 'still', np.random.default_rng(0), Base(), asked=0.0 * commands(
+        np.random.default_rng(0), 12.0))
+    output = ['--output', str(tmp_path / 'a.yaml')]
+    for words, code, told in (
+            ([bag, *TOPICS, '--check'], 0, '--topic ground_truth:='), ([bag, '--check'], 1, '/base/odom'),
+            ([bag, *TOPICS], 2, '--output is missing'), ([tmp_path / 'none', *output], 2, 'does not exist'),
+            ([still, *TOPICS, *output], 1, 'the robot stands'),
+            ([bag, *TOPICS, *output], 2, "pip install 'mobile_robot_control[fast]'")):
+        if told.startswith('pip'):
+            monkeypatch.setitem(sys.modules, 'scipy', None)
+        assert main([*map(str, words)]) == code
+        assert told in ''.join(capsys.readouterr())
+    assert not (tmp_path / 'a.yaml').exists()
+
+
+def _rewritten(bag, path, change):
+    """Write the messages of a bag again, each changed by its number and their count."""
+    messages = list(BagFiles(bag, lambda *_: None).messages(lambda _: True))
+    with BagWriter(path) as writer:
+        for n, message in enumerate(messages):
+            changed = change(message, n / len(messages))
+            writer.write(changed.topic, changed.kind, changed.received, changed.data)
+    assert not writer.failure
+    return path
+
+
+def _later(message, by, received):
+    """Return a message that is stamped later, and received so much later [ns]."""
+    seconds, nanoseconds = struct.unpack_from('<iI', message.data, 4)
+    stamp = divmod(seconds * 10**9 + nanoseconds + by, 10**9)
+    return message._replace(received=message.received + received,
+                            data=message.data[:4] + struct.pack('<iI', *stamp) + message.data[12:])
+
+
+@pytest.mark.parametrize(('gap', 'received', 'share'), [
+    (10**18, 10**18, 0.1), (10**18, 10**18, 0.9), (10**12, 10**12, 0.5), (10**18, 0, 0.1), (0, 10**12, 0.9)])
+def test_a_gap_of_any_length_leaves_what_lies_before_and_after_it(bag, tmp_path, capsys, gap, received, share):
+    # before the gap all is earlier: a stamp after it would be beyond the range of messages
+    broken = _rewritten(bag, tmp_path / 'broken', lambda message, place: _later(
+        message, *((-gap, -received) if place < share else (0, 0))))
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        assert main([str(broken), *TOPICS, '--output', str(tmp_path / 'mine.yaml')]) == 0
+    assert 'nan' not in capsys.readouterr().out
+    text = (tmp_path / 'mine.yaml').read_text()
+    assert yaml.safe_load(text)['/**/plant']['ros__parameters']['base.lag'] == pytest.approx([0.1, 0.1], rel=0.05)
+    assert '2 parts are taken, each as a recording of its own' in text
+
+
+def test_the_folder_of_an_experiment_is_taken_for_its_bag(bag, tmp_path, capsys):
+    shutil.copytree(bag, tmp_path / 'run' / 'bag')
+    (tmp_path / 'run' / 'parameters.yaml').write_text('')
+    for named in (tmp_path / 'run', tmp_path / 'run' / 'bag'):
+        assert main([str(named), *TOPICS, '--check']) == 0
+    assert 'is not a bag' not in ''.join(capsys.readouterr())
+
+
+def test_refused_values_are_told_and_no_robot_stands_that_drove(bag, tmp_path, capsys):
+    refused = _rewritten(bag, tmp_path / 'refused', lambda message, _: message._replace(
+        data=CMD_VEL(message.received, BodyVelocity(1e300, 0.0))) if message.topic == '/base/cmd_vel' else message)
+    assert KINDS['cmd_vel'] == 'geometry_msgs/msg/TwistStamped'
+    assert main([str(refused), *TOPICS, '--check']) == 1
+    told = capsys.readouterr().out
+    assert 'cmd_vel is recorded, but of no use (' in told
+    assert 'messages left out: /base/cmd_vel: ' in told
+    # it drives for 8 s, or for no longer than its start takes
+    asked = commands(np.random.default_rng(0), 8.0)
+    for driven, rest in ((8.0, 2000.0), (1.5, 0.0)):
+        still = np.zeros((round(rest / 0.02), 2))
+        made = record(tmp_path / f'{driven}', np.random.default_rng(0), Base(), asked=np.concatenate(
+            [asked[:round(driven / 0.02)], still]))
+        main([str(made), *TOPICS, '--check'])
+        assert 'the robot stands' not in capsys.readouterr().out

@@ -1,0 +1,91 @@
+"""Both algorithms: they find known optima, the best score never rises, and the seed determines the search."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from each import each_row
+
+from mobile_robot_control.search.genetic import GeneticSettings, breed, select_parents
+from mobile_robot_control.search.search import ALGORITHMS, WORST, SearchSettings, run_search
+
+OPTIMUM = np.linspace(0.2, 0.8, 6)
+
+
+def bowl(points):
+    return ((points - OPTIMUM) ** 2).sum(axis=1)
+
+
+def settings(algorithm='genetic', generations=60, seed=1, **other):
+    return SearchSettings(algorithm, 6, 41, generations, seed, **other)
+
+
+@each_row(('algorithm', 'near'), [('genetic', 0.01), ('differential_evolution', 1e-5)])
+def test_the_search_finds_the_optimum_of_a_quadratic_and_the_best_score_never_rises(algorithm, near):
+    smallest = []
+
+    def score(points):
+        assert points.shape == (41, 6)
+        assert (points > 0.0).all()
+        assert (points <= 1.0).all()
+        smallest.append(bowl(points).min())
+        return bowl(points)
+
+    one, other = (run_search(settings(algorithm, 100, seed), score) for seed in (1, 2))
+    for found, scored in ((one, smallest[:100]), (other, smallest[100:])):
+        assert found.score == bowl(found.point[None])[0] < near
+        assert np.abs(found.point - OPTIMUM).max() < math.sqrt(near)
+        assert [generation.best for generation in found.history] == np.minimum.accumulate(scored).tolist()
+        assert found.history[0].mean > found.history[-1].mean
+    again = run_search(settings(algorithm, 100, 1), bowl)
+    assert (one.score, one.history, one.point.tolist()) == (again.score, again.history, again.point.tolist())
+    assert one.history != other.history
+
+
+@each_row('algorithm', ALGORITHMS)
+def test_a_score_that_is_not_finite_is_never_the_best(algorithm):
+    bad = itertools.cycle((math.nan, math.inf, -math.inf))
+    found = run_search(settings(algorithm), lambda points: np.where(points[:, 0] < 0.5, next(bad), bowl(points)))
+    assert found.point[0] >= 0.5
+    assert all(math.isfinite(best) for best in (found.score, *(generation.best for generation in found.history)))
+    assert found.history[0].lost > 0
+    found = run_search(settings(algorithm, 2), lambda points: np.full(len(points), math.nan))
+    assert (found.score, found.history[0].lost) == (WORST, 41)
+    assert math.isnan(found.history[0].mean)
+
+
+def test_generations_seconds_and_stopped_end_a_search():
+    assert len(run_search(settings(generations=3), bowl).history) == 3
+    assert run_search(settings(seconds=1e-9), bowl).history == ()
+    answers = iter([False, False, True])
+    assert len(run_search(settings(), bowl, stopped=lambda: next(answers)).history) == 2
+
+
+def test_a_tournament_selects_the_best_of_those_drawn():
+    chosen = select_parents(np.arange(10.0), 20000, 3, np.random.default_rng(0))
+    # the best of three draws is k with probability ((10-k)^3 - (9-k)^3) / 1000
+    expected = [((10 - k) ** 3 - (9 - k) ** 3) / 1000 for k in range(10)]
+    assert np.abs(np.bincount(chosen, minlength=10) / 20000 - expected).max() < 0.015
+
+
+def test_crossover_takes_each_bit_from_either_parent():
+    rng = np.random.default_rng(0)
+    population = np.array([[True] * 400, [False] * 400] * 50)
+    mixed = breed(population, np.zeros(100), GeneticSettings(crossover=1.0, mutations=0.0), rng)
+    share = mixed[1:].mean(axis=1)
+    between = share[(share > 0.0) & (share < 1.0)]
+    # half of all pairs differ, and each takes each bit from either with equal probability
+    assert 25 < len(between) < 75
+    assert abs(between.mean() - 0.5) < 0.03
+    cloned = breed(population, np.zeros(100), GeneticSettings(crossover=0.0, mutations=0.0), rng)
+    assert set(cloned.mean(axis=1)) <= {0.0, 1.0}
+
+
+def test_mutation_flips_the_expected_number_of_bits_and_the_elite_is_kept_unchanged():
+    rng = np.random.default_rng(0)
+    mutated = breed(np.zeros((500, 96), dtype=bool), np.zeros(500), GeneticSettings(mutations=2.0), rng)
+    assert mutated[1:].sum(axis=1).mean() == pytest.approx(2.0, abs=0.25)
+    population, scores = rng.random((30, 96)) < 0.5, rng.random(30)
+    bred = breed(population, scores, GeneticSettings(elite=2), rng)
+    assert (bred[:2] == population[np.argsort(scores)[:2]]).all()

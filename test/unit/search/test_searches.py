@@ -1,0 +1,159 @@
+"""`tune` and `study` in Python give the numbers of the commands for the same seed."""
+
+import csv
+import functools
+import json
+
+import numpy as np
+import pytest
+from each import each, each_row
+from harness import numbers_in
+
+import mobile_robot_control as mrc
+from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.loop.scenarios import Scenario
+from mobile_robot_control.search import command as tune
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.studying import command as study
+from mobile_robot_control.studying import engine
+
+pytestmark = pytest.mark.usefixtures('plain')
+
+# a loop so short that plain Python runs it in a few milliseconds
+SMALL = {'/**.velocity_rate': 100.0, '/**.position_rate': 50.0, 'reference_cart.period': 0.5,
+         'reference_cart.scale': 0.05}
+SHORT = [word for name, value in SMALL.items() for word in ('-p', f'{name}:={value}')]
+
+
+def test_a_search_finds_what_the_command_finds_and_is_simulated_saved_reported_and_printed(tmp_path):
+    file = tmp_path / 'gains.yaml'
+    assert tune.main(['backstepping', '--seed', '3', *SHORT, '--generations', '3', '--population', '6',
+                      '--workers', '1', '--bounds', 'k1=0:2', '--bounds', 'k2=0:2', '--keep', 'ti1', '--laps', '0.8',
+                      '--start=-0.01,0,0', '--output', str(file)]) == 0
+    found = mrc.tune('backstepping', seed=3, parameters=SMALL, generations=3, population=6, workers=1,
+                     bounds={'k1': (0, 2), 'k2': (0, 2)}, keep=['ti1'], laps=0.8, start=[(-0.01, 0.0, 0.0)])
+    written = mrc.configure(load([file]))
+    assert found.configuration.velocity_controller == written.velocity_controller
+    assert found.configuration.position_controller == written.position_controller
+    assert f'objective {found.objective!r}' in file.read_text()
+    with file.with_suffix('.csv').open() as table:
+        assert [float(row['best']) for row in csv.DictReader(table)] == [one.best for one in found.history]
+    assert found.parameters['velocity_controller.gains.k1'] == found.configuration.velocity_controller.gains.k1
+    run = mrc.simulate(duration=0.4, parameters=SMALL | found.parameters)
+    found.save(tmp_path / 'saved.yaml')
+    assert mrc.simulate(tmp_path / 'saved.yaml', duration=0.4).metrics == run.metrics
+    assert (tmp_path / 'saved.yaml').read_text().startswith('# backstepping gains found by mobile_robot_control ')
+    page = found.report(tmp_path / 'found' / 'gains.yaml')
+    assert page.file == tmp_path / 'found' / 'gains.html'
+    assert 'Before and after' in page.html
+    assert mrc.configure(load([tmp_path / 'found' / 'gains.yaml'])) == found.configuration
+    found = found._replace(objective=1.25, parameters={
+        'position_controller.controller_type': 'backstepping', 'position_controller.backstepping.p': 0.5,
+        'velocity_controller.gains.k1': 0.25})
+    assert repr(found) == '<Tuned backstepping: objective 1.25 after 3 generations, p = 0.5, gains.k1 = 0.25>'
+
+
+@each(LAWS)
+def test_every_law_is_searched(law):
+    # those configured are better than what so short a search finds, if none of them is made worse
+    worse = {f'position_controller.{law}.{name}': 1e-3 for name in (
+        'kx', 'ky', 'ktheta', 'q1', 'q2', 'q3', 'zeta', 'g', 'kp') if name in LAWS[law].gains._fields}
+    found = mrc.tune(law, seed=3, parameters=SMALL | worse, generations=2, population=6, workers=1, laps=0.4,
+                     bounds={} if law == 'fuzzy' else {'gains.k1': (0, 2), 'gains.k2': (0, 2)})
+    default, control = mrc.configure({}).position_controller.control, found.configuration.position_controller.control
+    assert control.controller_type == law
+    group, = {name.split('.')[1] for name in found.parameters if name.count('.') > 1 and 'gains' not in name}
+    assert group == ('backstepping' if law == 'hybrid_backstepping' else law)
+    assert getattr(control, group) != getattr(default, group)
+
+
+def test_every_law_is_studied_in_the_same_scenarios(monkeypatch):
+    # the margins of one stand for those of all, which take a second
+    promised = engine.promise(mrc.configure({}), [Scenario('circle', 1.0)])
+    monkeypatch.setattr(engine, 'promise', lambda *_: promised)
+    found = mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.4, workers=1, compare={
+        law: {'position_controller.controller_type': law} for law in LAWS})
+    assert list(found.controllers) == list(LAWS)
+    assert set(found.runs['outcome']) == {'completed'}
+    assert len(set(found.runs['rms_position_error'])) == 2 * len(LAWS) == 18
+    assert len(found.comparisons) == 36
+
+
+OPTIONS = {'scales': [0.05, 0.1], 'within': 0.5, 'longest_delay': 2, 'noise_pose': (0.01, 0.01, 0.0), 'laps': 1.5}
+
+
+def _file(folder, gain):
+    file = folder / f'gain_{gain}.yaml'
+    file.write_text(f'/**/position_controller: {{ros__parameters: {{backstepping: {{p: {gain}}}}}}}')
+    return file
+
+
+def test_a_study_has_the_numbers_of_the_command(tmp_path):
+    files = [_file(tmp_path, gain) for gain in (2.0, 0.5)]
+    assert study.main(['--runs', '5', '--seed', '1', *SHORT, '--scales', '0.05', '0.1', '--within', '0.5',
+                       '--longest-delay', '2', '--noise-pose', '0.01', '0.01', '0', '--laps', '1.5', '--workers', '1',
+                       '--compare', *map(str, files), '--output', str(tmp_path / 'out')]) == 0
+    found = mrc.study(runs=5, seed=1, parameters=SMALL, compare=files, workers=1, **OPTIONS)
+    assert found.values == numbers_in(tmp_path / 'out' / 'study.json')
+    made = json.loads((tmp_path / 'out' / 'study.json').read_text())['provenance']
+    assert made['parameters'] == json.loads(json.dumps(found.provenance['parameters']))
+    assert made['parameters']['gain_2.0']['position_controller']['backstepping.p'] == 2.0
+    with (tmp_path / 'out' / 'runs.csv').open() as table:
+        rows = list(csv.DictReader(table))
+    assert list(found.runs) == list(rows[0])
+    assert list(found.runs['controller']) == [row['controller'] for row in rows]
+    assert np.array_equal(found.runs['objective'], [float(row['objective']) for row in rows])
+    assert found.runs['success'].dtype == bool
+    by_name = mrc.study(runs=5, seed=1, parameters=SMALL, workers=1, **OPTIONS, compare={
+        'file': files[0], 'given': {'position_controller.backstepping.p': 0.5}})
+    assert list(by_name.controllers) == ['file', 'given']
+    comparison, = by_name.comparisons
+    assert (comparison['first'], comparison['second'], comparison['runs']) == ('file', 'given', 5)
+    assert by_name.controllers['file']['failures']['count'] == 5 - by_name.controllers['file']['successes']
+    assert set(by_name.runs['outcome']) == {'completed'}
+    assert list(by_name.controllers.values()) == list(found.controllers.values())
+
+
+def test_a_study_is_reported_printed_and_needs_no_list_for_one_file_curve_or_scale(tmp_path):
+    file = _file(tmp_path, 0.5)
+    alone, listed = (mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.5, workers=1, **options) for options in (
+        {'compare': file, 'curves': 'circle', 'scales': 0.05},
+        {'compare': {'gain_0.5': file}, 'curves': ['circle'], 'scales': [0.05]}))
+    assert alone.values == listed.values
+    page = alone.report(tmp_path / 'studied')
+    assert page.html == (tmp_path / 'studied' / 'study.html').read_text()
+    assert numbers_in(tmp_path / 'studied' / 'study.json')['controllers']['gain_0.5']['runs'] == 2
+    alone.controllers['a\nb'] = one = alone.controllers.pop('gain_0.5')
+    one.update(successes=1, runs=2, success_interval=[0.09453120573423379, 0.9054687942657662])
+    one['metrics']['rms_position_error']['median'] = 0.0125
+    assert repr(alone) == (
+        '<Study: seed 1, success is within 0.1 m over the last quarter\n'
+        '  a\\nb: 1 of 2 runs succeeded (95 % interval 9.453 to 90.55 %), median RMS position error 0.0125 m>')
+    one['metrics']['rms_position_error']['median'] = None
+    assert repr(alone).endswith('90.55 %)>')
+
+
+@each_row(('options', 'refusal'), [
+    ({'generations': 0}, 'generations = 0 is not allowed; it must be at least 1'),
+    ({'bounds': {'k9': (0, 1)}}, "no gene 'k9'"), ({'generation': 3}, "unknown option 'generation'; did"),
+    ({'output': 'gains.yaml'}, 'output: nothing is written to files from Python'),
+    ({'bounds': {'k1': 5}}, r"bounds = \('k1', 5\): .* or a pair \(low, high\)"),
+    ({'bounds': {'k1': '05'}}, r"bounds = \('k1', '05'\): .* or a pair"), ({'laps': 1e9}, 'would take too long'),
+    ({'algorithm': 'luck'}, "algorithm = 'luck' is not allowed; it must be one of genetic"),
+    ({'runs': 0}, 'runs = 0 is not allowed; it must be at least 1'),
+    ({'runs': 1, 'longest_delay': 99}, 'longest_delay = 99 is not allowed; it must be at least 0, at most 8'),
+    ({'runs': 1, 'overwrite': True}, 'overwrite: nothing is written to files from Python'),
+    ({'runs': 1, 'compare': ['nowhere.yaml']}, 'nowhere.yaml: cannot be read'),
+    ({'runs': 1, 'laps': 1e9}, 'would take too long'),
+    ({'runs': 1, 'compare': {'odd': {'plant.noise.seed': -1}}}, 'noise.seed = -1'),
+])
+def test_what_the_commands_refuse_is_refused(options, refusal):
+    call = mrc.study if 'runs' in options else functools.partial(mrc.tune, 'backstepping', parameters=SMALL)
+    with pytest.raises(mrc.ParameterError, match=refusal):
+        call(seed=1, **options)
+
+
+def test_a_search_without_a_result_is_an_error():
+    with pytest.raises(RuntimeError, match='no individual could be scored'):
+        mrc.tune('backstepping', seed=1, generations=1, population=5, workers=1, keep='ti1',
+                 parameters=SMALL | {'plant.disturbance.step': [1e9, 1e9]})

@@ -1,0 +1,124 @@
+"""The parameters of the four nodes as a whole."""
+
+import chapter
+import pytest
+from each import each_row
+
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.nodes import NODES
+
+EVOLVED = {f'gains.{name}': value for name, value in chapter.EVOLVED_VELOCITY_GAINS.items()}
+
+
+def everywhere(**values):
+    return {node: dict(values) for node in NODES}
+
+
+def refused(values):
+    with pytest.raises(ParameterError) as refusal:
+        configure(values)
+    return refusal.value.violations
+
+
+def test_violations_of_every_node_are_named_at_once_and_that_of_several_once():
+    named = {text.partition(': ')[0]: text.partition(': ')[2] for text in refused({
+        'plant': {'duration': -1.0, 'robot.mass': 0.0}, 'velocity_controller': {'gains.k1': 0.0, 'robot.mass': 0.0},
+        'position_controller': {'fuzzy.c': [0.0, 1.0, 0.5, 2.0, 3.0], 'controller_type': 'fuzzy'},
+        'reference_cart': {'shape': 'trifolium'}})}
+    assert sorted(named) == ['plant', 'plant, velocity_controller', 'position_controller', 'reference_cart',
+                             'velocity_controller']
+    assert named['plant, velocity_controller'] == 'robot.mass = 0.0 is not allowed; it must be above 0.0 kg'
+
+
+def test_shared_values_that_differ_between_nodes_are_refused():
+    violation, = refused({'plant': {'robot.mass': 12.0}})
+    assert violation == ("robot.mass differs between the nodes (plant 12.0, velocity_controller 10.0, "
+                         "position_controller 10.0, reference_cart 10.0); write it once, under '/**'")
+    violations = refused({'plant': {'velocity_rate': 1000.0, 'lockstep': False}})
+    assert [violation.split()[0] for violation in violations] == ['velocity_rate', 'lockstep']
+
+
+@each_row(('velocity_rate', 'position_rate', 'useful'), [
+    (500.0, 200.0, ['166.66666666666666', '250.0']), (500.0, 1000.0, ['500.0']),
+    (1000.0, 400.0, ['333.3333333333333', '500.0']),
+    *((velocity_rate, position_rate, []) for velocity_rate, position_rate in (
+        (500.0, 500.0), (4000.0, 4000.0), (20000.0, 50.0), (500.0, 0.5), (1e5, 1.0))),
+])
+def test_rates_that_do_not_divide_are_refused_with_those_that_do(velocity_rate, position_rate, useful):
+    if useful:
+        violation, = refused(everywhere(velocity_rate=velocity_rate, position_rate=position_rate))
+        assert f'position_rate = {position_rate} Hz does not divide velocity_rate = {velocity_rate} Hz' in violation
+        assert violation.endswith(f'take {" or ".join(useful)} Hz')
+    for rate in map(float, useful or [position_rate]):
+        shared = configure(everywhere(velocity_rate=velocity_rate, position_rate=rate)).plant.shared
+        assert (shared.velocity_rate, shared.position_rate) == (velocity_rate, rate)
+
+
+@each_row(('name', 'rate', 'period'), [
+    ('velocity_rate', 300.0, '3333333.333 ns'), ('position_rate', 60.0, '16666666.667 ns'),
+    ('velocity_rate', 70000.0, '14285.714 ns'),
+])
+def test_periods_must_be_whole_nanoseconds(name, rate, period):
+    violation, = (text for text in refused(everywhere(**{name: rate})) if 'whole nanoseconds' in text)
+    assert f'{name} = {rate} Hz has a period of {period}' in violation
+    nearest = float(violation.rpartition('the nearest rate is ')[2].removesuffix(' Hz'))
+    assert nearest == pytest.approx(1e9 / max(1, round(1e9 / rate)), rel=1e-15)
+
+
+@each_row('factor', [2.3e-308, 1e-13, 5e-7])
+def test_a_factor_that_stops_simulated_time_is_refused_with_the_smallest_useful_one(factor):
+    violation, = refused({'plant': {'real_time_factor': factor}})
+    assert violation.startswith(f'plant: real_time_factor = {factor} is too small: ')
+    smallest = float(violation.partition('at least ')[2].partition(',')[0])
+    for useful in (smallest * (1.0 + 1e-5), 0.0):
+        configure({'plant': {'real_time_factor': useful}})
+
+
+def test_unstable_gains_are_refused_with_the_slowest_rate_by_the_configured_robot():
+    violation, = refused({'velocity_controller': EVOLVED})
+    assert violation.startswith('velocity_controller: gains.k1 = 128.444 N s')
+    assert 'are unstable at velocity_rate = 500.0 Hz' in violation
+    assert 'the slowest stable rate is 1577' in violation or 'the slowest stable rate is 1576' in violation
+    # the loop gain is inversely proportional to the inertia: a lighter robot makes the same gains unstable
+    light = {'robot.mass': 0.1, 'robot.inertia': 0.001, 'robot.wheel_inertia': 1e-5}
+    assert any('are unstable' in violation for violation in refused(everywhere(**light)))
+    # a base does not have this loop
+    slow = everywhere(velocity_rate=5.0, position_rate=5.0)
+    assert 'unstable' in refused(slow)[0]
+    slow['plant']['drive'] = 'velocity'
+    assert configure(slow).plant.model.drive == 'velocity'
+
+
+def test_the_chapters_gains_pass_at_4_khz_in_lockstep_alone():
+    rates = everywhere(velocity_rate=4000.0, position_rate=4000.0)
+    rates['velocity_controller'].update(EVOLVED)
+    assert configure(rates).velocity_controller.gains == tuple(chapter.EVOLVED_VELOCITY_GAINS.values())
+    for values in rates.values():
+        values['lockstep'] = False
+    violation, = refused(rates)
+    assert 'with one and two samples of delay, as on the wall clock' in violation
+
+
+@each_row(('drive', 'others'), [
+    ('torque', {'base.lag': [0.1, 0.1], 'base.command_rate': 20.0}),
+    ('velocity', {'max_wheel_torque': 1.0, 'centripetal_coupling': True, 'delay.velocity_steps': 1,
+                  'disturbance.step': [0.1, 0.0], 'friction.coulomb': 0.1, 'motor.time_constant': 0.1}),
+])
+def test_a_parameter_of_the_other_drive_is_refused_by_name(drive, others):
+    violations = refused({'plant': {'drive': drive, **others}})
+    assert len(violations) == len(others)
+    for name, value in others.items():
+        assert any(text.startswith(f'plant: {name} = {value} is of plant.drive') and f"drive is '{drive}'" in text
+                   for text in violations)
+
+
+@each_row(('parameters', 'named'), [
+    ({'drive': 'velocity', 'base.dead_time': [1.0, 0.0]}, 'base.dead_time = [1.0, 0.0] s has more than 64 commands'),
+    ({'drive': 'velocity', 'base.command_rate': 1e-4}, 'base.command_rate = 0.0001 Hz is below 0.001 Hz'),
+    ({'odometry.latency': 1.0}, 'odometry.latency = 1.0 s with a sample at each position tick keeps 100 samples'),
+    ({'encoders.window': 1.0}, 'encoders.window = 1.0 s is 500 periods of the velocity loop'),
+])
+def test_queues_that_would_be_long_are_refused(parameters, named):
+    violation, = refused({'plant': parameters})
+    assert violation.startswith(f'plant: {named}')
