@@ -20,10 +20,6 @@ STEP, COARSE_STEP = 1_000_000, 4_000_000
 _MOST_STEPS = 300_000
 LAGS, DELAYS = ('base.lag[0]', 'base.lag[1]'), ('delay[0]', 'delay[1]')
 GAINS = ('base.wheel_gain[0]', 'base.wheel_gain[1]', 'base.turn_gain')
-ALWAYS = (*LAGS, *DELAYS, *GAINS)
-"""Parameters that any recording in motion determines; a delay is the dead time plus the latency of odometry."""
-LIMITS = ('base.max_speed[0]', 'base.max_speed[1]', 'base.max_acceleration[0]', 'base.max_acceleration[1]',
-          'base.max_deceleration[0]', 'base.max_deceleration[1]')
 DEAD_ZONES = ('base.dead_zone[0]', 'base.dead_zone[1]')
 _BOUNDS = {'base.lag': (1e-3, 3.0, 5e-4), 'delay': (-0.2, 1.5, 1e-3), 'base.wheel_gain': (0.5, 1.5, 1e-4),
            'base.turn_gain': (0.1, 1.5, 1e-4), 'base.max_speed': (1e-3, 50.0, 1e-3),

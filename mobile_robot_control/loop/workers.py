@@ -7,7 +7,6 @@ from functools import partial
 from typing import Annotated, Any, NamedTuple, Protocol
 
 from mobile_robot_control.loop import batch
-from mobile_robot_control.loop.batch import Pool
 from mobile_robot_control.loop.trial import Outcome, Trial
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.parameters.plugins import PluginSource, load_sources, plugin_sources
@@ -102,7 +101,7 @@ class TrialRunner(Protocol):
 @contextmanager
 def runner(workers: Workers) -> Iterator[TrialRunner]:
     """Yield a runner of trials, and close it at the end."""
-    made: TrialRunner = Cluster(workers.scheduler) if workers.scheduler else Pool(workers.workers or 0)
+    made: TrialRunner = Cluster(workers.scheduler) if workers.scheduler else batch.Pool(workers.workers or 0)
     try:
         yield made
     finally:

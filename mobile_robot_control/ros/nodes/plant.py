@@ -20,9 +20,10 @@ from mobile_robot_control.quantities import NANOSECONDS, BodyVelocity, Pose, Whe
 from mobile_robot_control.ros.conversions import reader
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.lockstep import Outputs
-from mobile_robot_control.ros.nodes.disturbance_input import DisturbanceInput, StallDetector
+from mobile_robot_control.ros.nodes.disturbance_input import DisturbanceInput
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
 from mobile_robot_control.ros.nodes.simulated_robot import SimulatedRobot
+from mobile_robot_control.ros.peers import StallDetector
 from mobile_robot_control.ros.qos import PUBLISHED, flush
 from mobile_robot_control.ros.questions import LockstepRunControl, QuestionDriver, RunControl
 from mobile_robot_control.ros.stamp_policy import Input, Inputs, StampDecision, never

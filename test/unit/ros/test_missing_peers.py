@@ -3,8 +3,7 @@
 import types
 
 from mobile_robot_control.ros import peers
-from mobile_robot_control.ros.nodes.disturbance_input import StallDetector
-from mobile_robot_control.ros.peers import PublisherWatch
+from mobile_robot_control.ros.peers import PublisherWatch, StallDetector
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 
