@@ -20,13 +20,13 @@ from mobile_robot_control.quantities import TrackingError as TrackingError
 from mobile_robot_control.reference.curves import CURVES as CURVES
 from mobile_robot_control.reference.curves import Curve as Curve
 from mobile_robot_control.reference.curves import CurvePoint as CurvePoint
-from mobile_robot_control.runs.loading import load as load
 from mobile_robot_control.runs.metrics import summary as summary
+from mobile_robot_control.runs.reading import load as load
 from mobile_robot_control.runs.rollout import measure as measure
 from mobile_robot_control.runs.rollout import rollout as rollout
 from mobile_robot_control.runs.run import Run as Run
-from mobile_robot_control.runs.simulate import simulate as simulate
-from mobile_robot_control.search.tune import Tuned as Tuned
+from mobile_robot_control.runs.simulation import simulate as simulate
+from mobile_robot_control.search.result import Tuned as Tuned
 from mobile_robot_control.search.tune import tune as tune
 from mobile_robot_control.settings.configure import configure as configure
 from mobile_robot_control.settings.nodes import Configuration as Configuration

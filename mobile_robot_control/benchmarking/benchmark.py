@@ -1,5 +1,6 @@
-"""`benchmark`: a fair table of laws, without files."""
+"""`benchmark`: a fair table of laws, whose result writes itself."""
 
+import json
 import tempfile
 from collections.abc import Collection, Mapping
 from pathlib import Path
@@ -10,14 +11,17 @@ from mobile_robot_control.benchmarking.engine import (
     Benchmark,
     BenchmarkRequest,
     Done,
+    benchmark_table,
     benchmark_values,
     summary_lines,
 )
+from mobile_robot_control.benchmarking.page import write_benchmark_page
 from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.runs.run import as_dataframe
 from mobile_robot_control.search.tune import refuse_files
 from mobile_robot_control.settings.configure import File, parameter_sources
 from mobile_robot_control.settings.provenance import call_text, provenance
+from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.system.progress import tqdm
 
 if TYPE_CHECKING:
@@ -68,16 +72,32 @@ class Benchmarked(NamedTuple):
         OSError
             If they cannot be written.
         """
-        from mobile_robot_control.benchmarking.command import write_benchmark  # noqa: PLC0415
+        # imported late: Matplotlib takes a second
         from mobile_robot_control.report.inline_page import inline  # noqa: PLC0415
 
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        write_benchmark(Path(folder), self.asked, self.done, self.provenance)
-        return inline(Path(folder) / 'benchmark.html')
+        return inline(write_benchmark(self, Path(folder)))
 
     def to_dataframe(self) -> Any:
         """Return `results` as a table of pandas; raise ModuleNotFoundError where that is not installed."""
         return as_dataframe({name: [row[name] for row in self.results] for name in COLUMNS})
+
+
+def benchmarked(asked: Benchmark, done: Done, command_line: str) -> Benchmarked:
+    """Return the result of a benchmark of which everything is done."""
+    return Benchmarked(benchmark_values(asked, done), provenance(command_line, None), asked, done)
+
+
+def write_benchmark(made: Benchmarked, folder: Path, seconds: float | None = None) -> Path:
+    """Write `benchmark.json`, `benchmark.csv` and `benchmark.html` into a folder, and return the page."""
+    folder.mkdir(parents=True, exist_ok=True)
+    pictures: dict[str, dict[str, Any]] = {}
+    for cell, found in made.done:
+        pictures.setdefault(cell.track.name, {}).setdefault(cell.law, found['drawn'])
+    beside = {'seconds': seconds, 'provenance': made.provenance}
+    write_atomically(folder / 'benchmark.json', json.dumps({**made.values, **beside}, indent=1) + '\n')
+    write_atomically(folder / 'benchmark.csv', benchmark_table(made.values))
+    write_benchmark_page(folder / 'benchmark.html', made.values, pictures, made.provenance)
+    return folder / 'benchmark.html'
 
 
 def benchmark(
@@ -132,5 +152,4 @@ def benchmark(
     with (tempfile.TemporaryDirectory() as folder,
           tqdm(total=chosen.rollouts, disable=not progress, unit='rollout') as bar):
         done = chosen.run(Path(folder), bar.update, lambda: False)
-    made = provenance(call_text('benchmark', *files, parameters=parameters, **asked), None)
-    return Benchmarked(benchmark_values(chosen, done), made, chosen, done)
+    return benchmarked(chosen, done, call_text('benchmark', *files, parameters=parameters, **asked))

@@ -17,26 +17,16 @@ Exit codes of --verify: 0 all repeated runs agree within 1e-9, 1 one differs.
 """
 
 import argparse
-import json
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
-from mobile_robot_control.benchmarking.engine import (
-    Benchmark,
-    BenchmarkRequest,
-    Done,
-    benchmark_table,
-    benchmark_values,
-    summary_lines,
-)
-from mobile_robot_control.benchmarking.page import write_benchmark_page
+from mobile_robot_control.benchmarking.benchmark import benchmarked, write_benchmark
+from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, Done, summary_lines
 from mobile_robot_control.cli import make_main, make_parser, request_of
 from mobile_robot_control.parameters.declaration import Field, ParameterError
-from mobile_robot_control.settings.provenance import provenance
-from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.system.process import Interrupt
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.supervisor import leave_dds
@@ -75,9 +65,10 @@ def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, comma
         print(f'benchmark: interrupted after {len(done)} of {len(benchmark.cells)} cells; --resume goes on',
               file=sys.stderr)
         return 1
-    values = write_benchmark(folder, benchmark, done, provenance(command_line, None), time.monotonic() - begun)
-    print(*summary_lines(values), sep='\n')
-    print(f'page: {printable(str((folder / "benchmark.html").resolve()))}')
+    made = benchmarked(benchmark, done, command_line)
+    page = write_benchmark(made, folder, time.monotonic() - begun)
+    print(*summary_lines(made.values), sep='\n')
+    print(f'page: {printable(str(page.resolve()))}')
     return 0
 
 
@@ -86,21 +77,6 @@ def run_with_progress(benchmark: Benchmark, cells: Path) -> Done:
     with Interrupt() as interrupt, tqdm(
             total=benchmark.rollouts, disable=None, unit='rollout', unit_scale=True) as bar:
         return benchmark.run(cells, bar.update, lambda: interrupt.requested)
-
-
-def write_benchmark(
-    folder: Path, benchmark: Benchmark, done: Done, made: Mapping[str, Any], seconds: float | None = None
-) -> dict[str, Any]:
-    """Write `benchmark.json`, `benchmark.csv` and `benchmark.html` into a folder; return the content of the first."""
-    values = benchmark_values(benchmark, done)
-    pictures: dict[str, dict[str, Any]] = {}
-    for cell, found in done:
-        pictures.setdefault(cell.track.name, {}).setdefault(cell.law, found['drawn'])
-    beside = {'seconds': seconds, 'provenance': made}
-    write_atomically(folder / 'benchmark.json', json.dumps({**values, **beside}, indent=1) + '\n')
-    write_atomically(folder / 'benchmark.csv', benchmark_table(values))
-    write_benchmark_page(folder / 'benchmark.html', values, pictures, made)
-    return values
 
 
 _DRAWN = 12

@@ -41,7 +41,7 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.cli import make_main, make_parser, request_of
-from mobile_robot_control.identification.engine import IdentificationRequest, identify, read_inputs
+from mobile_robot_control.identification.identify import IdentificationRequest, identified, read_inputs
 from mobile_robot_control.identification.page import answer, identification_page
 from mobile_robot_control.identification.result import (
     Identification,
@@ -80,7 +80,7 @@ def _run(options: argparse.Namespace) -> int:
     other = None if files.compare is None else ParameterSources(files.compare).configuration()
     with tqdm(desc='identify', disable=None, leave=False, bar_format='{desc}: {n} steps [{elapsed}]{postfix}') as bar:
         try:
-            found = identify(request, options.command_line, bar.update, lambda done, total: bar.set_postfix_str(
+            found = identified(request, options.command_line, bar.update, lambda done, total: bar.set_postfix_str(
                 f'read {done / max(1, total):.0%}'))
         except UnidentifiableError as error:
             for reason in error.reasons:

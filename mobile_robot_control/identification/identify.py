@@ -1,14 +1,116 @@
-"""`identify`: a robot's parameters from its bags."""
+"""`identify`: a robot's parameters, with intervals, from its bags."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike, fspath
+from pathlib import Path
+from typing import Annotated, NamedTuple
 
-from mobile_robot_control.identification.engine import IdentificationRequest
-from mobile_robot_control.identification.engine import identify as identify_request
-from mobile_robot_control.identification.result import Identification
-from mobile_robot_control.parameters.requests import make_request
-from mobile_robot_control.settings.configure import File, parameter_sources
-from mobile_robot_control.settings.provenance import call_text
+import numpy as np
+
+from mobile_robot_control.identification import findings
+from mobile_robot_control.identification.recorded import Recorded, read_recorded
+from mobile_robot_control.identification.result import Identification, UnidentifiableError
+from mobile_robot_control.identification.torque_robot import identify_torques
+from mobile_robot_control.identification.velocity_robot import identify_base
+from mobile_robot_control.model.plant import VELOCITY
+from mobile_robot_control.parameters.declaration import Field, ParameterError
+from mobile_robot_control.parameters.requests import Reader, make_request
+from mobile_robot_control.runs.bag import Topics, topic_names
+from mobile_robot_control.runs.mcap_stream import BagError, ProgressCallback
+from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
+from mobile_robot_control.settings.files import read_namespace
+from mobile_robot_control.settings.nodes import Configuration
+from mobile_robot_control.settings.provenance import call_text, provenance
+
+
+class IdentificationRequest(NamedTuple):
+    """The request of an identification."""
+
+    sources: ParameterSources
+    bags: Annotated[tuple[str, ...], Field('', 'bags of one robot, mcap or sqlite3, or folders of `experiment`'),
+                    Reader(fspath, 'BAG')]
+    namespace: Annotated[str, Field('', 'namespace of the nodes in the bags'), Reader(read_namespace, 'NS')] = '/'
+    topic: Topics = ()
+    same_clock: Annotated[bool, Field('', 'one clock stamped and recorded commands and odometry: separate dead time '
+                                      'from latency')] = False
+
+
+class Inputs(NamedTuple):
+    """The recordings read, and the robot's kind of command in them."""
+
+    recordings: list[Recorded]
+    configuration: Configuration
+    takes_velocity: bool
+    lacks: list[findings.Lack]
+
+    @property
+    def problems(self) -> list[str]:
+        """What could not be read, after the name of its bag."""
+        return [f'{one.name}: {problem}' for one in self.recordings for problem in one.problems]
+
+
+def read_inputs(request: IdentificationRequest, progress: ProgressCallback = lambda *_: None) -> Inputs:
+    """Read the recordings of a request; raise ParameterError if one cannot be read."""
+    configuration = request.sources.configuration(request.namespace)
+    topics, recordings, problems = topic_names(request.topic), [], []
+    for bag in request.bags:
+        try:
+            recordings += read_recorded(Path(bag), request.namespace, topics, progress)
+        except BagError as error:
+            problems.append(str(error))
+    if problems:
+        raise ParameterError(problems)
+    has_effort = any(one.torques and np.isfinite(one.torques.values).any() for one in recordings)
+    has_commands = any(one.commands and one.motion for one in recordings)
+    takes_velocity = configuration.plant.model.drive == VELOCITY or (
+        not has_effort and (has_commands or not any(one.wheels for one in recordings)))
+    return Inputs(recordings, configuration, takes_velocity, findings.lacks(recordings, takes_velocity))
+
+
+def identified(
+    request: IdentificationRequest, command_line: str, tell: Callable[[], object] = lambda: None,
+    progress: ProgressCallback = lambda *_: None,
+) -> Identification:
+    """
+    Identify the robot of a request.
+
+    Parameters
+    ----------
+    request : IdentificationRequest
+        Checked.
+    command_line : str
+        Recorded with the result.
+    tell, progress : callable
+        Called during the search, and with the progress of the reading.
+
+    Raises
+    ------
+    ParameterError
+        If a bag cannot be read, or SciPy is missing.
+    UnidentifiableError
+        If the recordings contain no usable information.
+    """
+    _need_scipy()
+    inputs = read_inputs(request, progress)
+    vital = [str(lack) for lack in inputs.lacks if lack.is_vital]
+    if vital:
+        raise UnidentifiableError(vital)
+    made = (identify_base(inputs.recordings, inputs.configuration, request.same_clock, tell) if inputs.takes_velocity
+            else identify_torques(inputs.recordings, inputs.configuration, tell))
+    if not made.parameters:
+        raise UnidentifiableError([*made.open, *made.lacking])
+    return made._replace(
+        open=(*map(str, inputs.lacks), *made.open),
+        notes=(*made.notes, *inputs.problems),
+        provenance=provenance(command_line, inputs.configuration))
+
+
+def _need_scipy() -> None:
+    try:
+        import scipy  # noqa: F401, PLC0415 (asked for before a long reading)
+    except ModuleNotFoundError as error:
+        raise ParameterError([f"the Python module {error.name} is missing; install the extra: pip install "
+                              "'mobile_robot_control[fast]', or apt install python3-scipy"]) from None
 
 
 def identify(
@@ -61,4 +163,4 @@ def identify(
         'namespace': namespace, 'topic': dict(topics or {}), 'same_clock': same_clock})
     call = call_text('identify', bags, *files, robot=robot, parameters=parameters,
                      namespace=None if namespace == '/' else namespace, topics=topics, same_clock=same_clock or None)
-    return identify_request(request, call)
+    return identified(request, call)

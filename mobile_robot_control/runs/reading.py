@@ -15,11 +15,11 @@ from mobile_robot_control.runs.metrics import RECORDED, IndexMeter, RunMeter, su
 from mobile_robot_control.runs.record import Event
 from mobile_robot_control.runs.rollout import is_complete
 from mobile_robot_control.runs.run import Run
-from mobile_robot_control.runs.run_files import UnreadableRunError, beside_a_run, companion, is_bag, locate
+from mobile_robot_control.runs.run_files import UnreadableRunError, beside_a_run, companion, is_bag, locate, name_of
 from mobile_robot_control.runs.samples import SampleReader, samples_of
 from mobile_robot_control.runs.series import Series, describe_gaps, period
-from mobile_robot_control.settings.configure import configure
-from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.configure import File, configure
+from mobile_robot_control.settings.files import load as load_parameters
 from mobile_robot_control.settings.nodes import Configuration, has_exact_odometry
 from mobile_robot_control.system.files import TABLE, open_bounded
 from mobile_robot_control.system.progress import tqdm
@@ -196,5 +196,53 @@ def load_run(
         def progress(done: int, total: int) -> None:
             bar.update(int(100 * done / max(1, total)) - bar.n)
 
-        return read_run(path, name, namespace, lambda file: configure(load([file], namespace=namespace)), progress,
-                        outcome, topics)
+        return read_run(path, name, namespace, lambda file: configure(load_parameters([file], namespace=namespace)),
+                        progress, outcome, topics)
+
+
+def load(
+    path: File, name: str | None = None, namespace: str = '/', topics: Mapping[str, str] | None = None,
+    progress: bool = False,
+) -> Run:
+    """
+    Read a recorded run, as the command `report` does.
+
+    Parameters
+    ----------
+    path : path
+        A bag (mcap or sqlite3), the folder of an experiment, or a CSV file of `simulate`.
+    name : str or None
+        For legends; if None, that of the file or of the folder.
+    namespace : str
+        Of the nodes of a bag.
+    topics : mapping of str to str or None
+        Names of topics of the loop in a bag, such as ``{'odom': '/base/odom'}``.
+    progress : bool
+        Whether to show a progress bar.
+
+    Returns
+    -------
+    Run
+        As from `simulate`; ``problems`` names everything that could not be read.
+
+    Raises
+    ------
+    ParameterError
+        If there is no run at this path; it says what to name instead.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import mkdtemp
+    >>> from mobile_robot_control import simulate
+    >>> file = Path(mkdtemp(), 'run.csv')
+    >>> simulate(duration=0.1).save(file)
+    >>> load(file).time.shape
+    (51,)
+
+    """
+    named, place = name_of(str(path))
+    try:
+        return load_run(named if name is None else name, place, namespace, quiet=not progress, topics=topics)
+    except UnreadableRunError as error:
+        raise ParameterError([str(error)]) from error

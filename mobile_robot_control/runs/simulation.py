@@ -18,28 +18,33 @@ Files written:
 import argparse
 import json
 import sys
-from collections.abc import Callable, Iterable, Iterator
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, redirect_stdout
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from mobile_robot_control.cli import make_main, make_parser, request_of
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.loop.scenarios import ONE_RUN, check_run_length
 from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.runs.csv_table import write_csv
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import measure, rollout
 from mobile_robot_control.runs.words import run_sentence
-from mobile_robot_control.settings.configure import ParameterSources
+from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
 from mobile_robot_control.settings.files import save_configuration
 from mobile_robot_control.settings.nodes import Configuration, has_exact_odometry
-from mobile_robot_control.settings.provenance import provenance
+from mobile_robot_control.settings.provenance import call_text, provenance
 from mobile_robot_control.system.files import naming_errors, writable_file, write_atomically
 from mobile_robot_control.system.process import Interrupt
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.texts import printable
+
+if TYPE_CHECKING:
+    from mobile_robot_control.runs.run import Run
 
 Pipe = Callable[[Iterable[Sample]], Iterable[Sample]]
 """Passes the samples of a run on, with some side effect."""
@@ -144,6 +149,68 @@ class Simulation:
             'diverged': f'the motion diverged {at}; lower the gains or raise the rates',
             'law_failed': f"the position law '{law}' failed {' '.join(failures)}",
         }[run.outcome])
+
+
+def simulate(
+    *files: File, duration: float, robot: File | None = None, parameters: Mapping[str, object] | None = None,
+    name: str | None = None, progress: bool = False,
+) -> 'Run':
+    """
+    Run the closed loop of the four nodes in this process, as the command `simulate` does, to the same numbers.
+
+    Laws and curves of `register` have their names here, too. By default the robot starts at the cart's start;
+    `plant.initial_pose` overrides it.
+
+    Parameters
+    ----------
+    *files : path
+        ROS 2 parameter files, later ones win; without any, the defaults.
+    duration : float
+        Simulated time [s].
+    robot : str or path or None
+        A robot of this package, or the parameter file of one; read before the files.
+    parameters : mapping of str to object or None
+        Values by ``NODE.PARAMETER``, which win over the files; ``'/**.position_rate'`` sets a shared one.
+    name : str or None
+        For legends; if None, that of the position law.
+    progress : bool
+        Whether to show a progress bar.
+
+    Returns
+    -------
+    Run
+        Up to its end, or until the motion diverged or the law failed; then there is a `RuntimeWarning`, and
+        ``metrics['outcome']`` and ``problems`` give the reason.
+
+    Raises
+    ------
+    ParameterError
+        With every violation and its remedy.
+
+    Examples
+    --------
+    >>> run = simulate(duration=2.0, parameters={'plant.max_wheel_torque': 3.0})
+    >>> run.time.shape, run.pose.shape, run.wheel_torque.shape
+    ((1001,), (1001, 3), (1001, 2))
+    >>> bool(abs(run.wheel_torque).max() <= 3.0), run.metrics['outcome']
+    (True, 'completed')
+
+    """
+    # imported late: the command starts without NumPy
+    from mobile_robot_control.runs.run import Run  # noqa: PLC0415
+    from mobile_robot_control.runs.samples import SampleReader  # noqa: PLC0415
+
+    sources = parameter_sources(files, robot, parameters)
+    simulation = Simulation(make_request(SimulationRequest, {'sources': sources, 'duration': duration}))
+    law = simulation.parameters.position_controller.control.controller_type
+    reader = SampleReader()
+    metrics, failure = simulation.run(lambda samples: reader.taking(
+        tqdm(samples, leave=False, total=simulation.steps, disable=not progress)))
+    if failure:
+        warnings.warn(failure, RuntimeWarning, stacklevel=2)
+    call = call_text('simulate', *files, duration=duration, robot=robot, parameters=parameters)
+    return Run(law if name is None else name, reader.series(), tuple(filter(None, [failure])), metrics,
+               simulation.parameters, provenance(call, simulation.parameters))
 
 
 class SimulationFiles(NamedTuple):

@@ -1,9 +1,11 @@
 """Requested searches: loop, goal, scenarios and settings."""
 
 from collections.abc import Iterator, Sequence
+from hashlib import sha256
 from typing import Annotated, Any, NamedTuple
 
 from mobile_robot_control.analysis.modelled import drive_of
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop.monte_carlo import LARGEST_SEED, ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.scenarios import Scenario, check_laps, configured_scenario, scenario_grid
 from mobile_robot_control.loop.workers import Workers
@@ -12,13 +14,14 @@ from mobile_robot_control.model.plant import VELOCITY as DRIVEN_BY_VELOCITY
 from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError, flatten
 from mobile_robot_control.parameters.requests import Reader
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.reference.curves import CURVES, PATH
 from mobile_robot_control.search import space
 from mobile_robot_control.search.objective import COMBINATIONS, DEFAULT_SMOOTH, Goal
 from mobile_robot_control.search.search import ALGORITHMS, SearchSettings
 from mobile_robot_control.search.space import Gains
 from mobile_robot_control.settings.configure import ParameterSources, configure
-from mobile_robot_control.settings.nodes import Configuration
+from mobile_robot_control.settings.nodes import Configuration, path_of
+from mobile_robot_control.version import __version__
 
 
 def _read_start(value: Any) -> Pose:
@@ -139,6 +142,22 @@ class Search:
             request.algorithm, len(self.goal.genes),
             request.population or space.population_of(request.controller), request.generations, request.seed,
             request.time_limit or 0.0)
+
+    def purpose(self) -> dict[str, Any]:
+        """Return everything that the scores depend on, by name."""
+        parameters, goal = self.parameters, self.goal
+        law, path = parameters.position_controller.control.controller_type, path_of(parameters.reference_cart)
+        settings = self.settings._asdict()
+        kept = {name: settings[name] for name in settings if name not in ('generations', 'seconds')}
+        loop = {f'{node}.{name}': value for node, group in parameters._asdict().items()
+                for name, value in flatten(group).items()}
+        # a search without `smooth` does not depend on it, and resumes journals that lack it
+        wanted = {name: value for name, value in goal._asdict().items() if name != 'smooth' or value}
+        curves = {f"source of the curve '{one.curve}'": CURVES.checksum(one.curve)
+                  for one in goal.scenarios if one.curve != PATH}
+        waypoints = {'waypoints': sha256(repr(path.waypoints[:2]).encode()).hexdigest()[:16]} if path else {}
+        return {'version': __version__, **kept, **wanted, **loop, f"source of the law '{law}'": LAWS.checksum(law),
+                **curves, **waypoints}
 
     def tuned(self, gains: Gains) -> Configuration:
         """Return the loop with other gains, checked as a whole."""

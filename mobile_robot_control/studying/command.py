@@ -22,44 +22,31 @@ numbers hold for (docs/promises.md), then compares them (docs/tuning.md#two-cont
 """
 
 import argparse
-import csv
-import io
-import json
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 from mobile_robot_control.cli import make_main, make_parser, request_of
-from mobile_robot_control.control.law import LawFailedError
-from mobile_robot_control.figures.drawing import draw_and_save
-from mobile_robot_control.loop.closed_loop import Sample
-from mobile_robot_control.loop.scenarios import scenario_trial
 from mobile_robot_control.loop.workers import runner
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.report.report_writing import MOST, write_report
 from mobile_robot_control.runs.metrics import summary
-from mobile_robot_control.runs.rollout import measure, trial_rollout
+from mobile_robot_control.runs.rollout import measure
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.samples import collect
 from mobile_robot_control.settings.nodes import Configuration
-from mobile_robot_control.settings.provenance import provenance
 from mobile_robot_control.studying.engine import (
-    StudiedController,
     StudyRequest,
-    as_cell,
     drawn_scenarios,
     run_study,
     studied_controllers,
     study_answer,
-    study_columns,
     study_lines,
-    study_rows,
-    study_values,
 )
 from mobile_robot_control.studying.failures import scenario_text
-from mobile_robot_control.studying.page import Judgement, StudiedRuns, chosen_runs, starts_figure, write_study_page
-from mobile_robot_control.system.files import writable_file, write_atomically
+from mobile_robot_control.studying.study import driven, study_of, write_study
+from mobile_robot_control.system.files import writable_file
 from mobile_robot_control.system.process import Interrupt
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.texts import answer_lines, printable
@@ -91,32 +78,13 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
     if not results:
         print('study: interrupted before the first runs were done', file=sys.stderr)
         return 1
-    write_study(folder, request, results, provenance(
-        command_line, {name: one.parameters for name, one in results.items()}), interrupt.requested)
+    write_study(study_of(request, results, command_line, interrupt.requested), folder)
     print(*answer_lines(study_answer(request, results), study_lines(request, results), str(folder / 'study.html')),
           sep='\n')
     if interrupt.requested:
         print('study: interrupted; the files hold what was done', file=sys.stderr)
         return 1
     return 0
-
-
-def write_study(
-    folder: Path, request: StudyRequest, results: Mapping[str, StudiedController], made: Mapping[str, Any],
-    interrupted: bool = False,
-) -> Path:
-    """Write `study.json`, `runs.csv`, `starts.png` and `study.html` into a folder, and return the page."""
-    values = study_values(request, results, interrupted)
-    write_atomically(folder / 'study.json', json.dumps({**values, 'provenance': made}, indent=2) + '\n')
-    write_atomically(folder / 'runs.csv', _table(results))
-    # after Ctrl-C nothing more is run
-    chosen = [] if interrupted else chosen_runs([one.judged for one in results.values()])
-    studied = {name: StudiedRuns(one.scenarios, one.judged, one.promise, replayed_runs(one, request.laps, chosen))
-               for name, one in results.items()}
-    svg = draw_and_save(starts_figure(studied), folder / 'starts.png')
-    judgement = Judgement(values['success'], request.metrics, request.settled_within)
-    write_study_page(folder / 'study.html', studied, judgement, svg, made, interrupted)
-    return folder / 'study.html'
 
 
 def _replay_into_files(
@@ -128,8 +96,7 @@ def _replay_into_files(
     runs = []
     for name, parameters in controllers.items():
         scenario = drawn_scenarios(request, parameters)[number - 1]
-        trial = scenario_trial(parameters, scenario, request.laps, 0.75 * request.laps)
-        samples = list(_until_failure(trial_rollout(trial, parameters)))
+        samples = driven(parameters, scenario, request.laps)
         if samples:
             runs.append(Run(name, collect(samples), (), summary(measure(parameters, samples[-1].time, samples)),
                             parameters))
@@ -142,35 +109,6 @@ def _replay_into_files(
     file = write_report(runs[:MOST], folder / f'run_{number}', lambda _: None, command_line=command_line)
     print(f'report: {printable(str(file.resolve()))}')
     return 0
-
-
-def replayed_runs(studied: StudiedController, laps: float, chosen: Sequence[int]) -> dict[int, Run]:
-    """Return some runs of a controller by their index."""
-    found = {}
-    for n in chosen:
-        trial = scenario_trial(studied.parameters, studied.scenarios[n], laps, 0.75 * laps)
-        samples = list(_until_failure(trial_rollout(trial, studied.parameters)))
-        if samples:
-            kind = 'success' if studied.judged[n].success else 'failure'
-            found[n] = Run(f'run {n + 1}, {kind}', collect(samples), (), {}, studied.parameters)
-    return found
-
-
-def _until_failure(samples: Iterator[Sample]) -> Iterator[Sample]:
-    """Yield samples up to a failure of the law, if there is one."""
-    try:
-        yield from samples
-    except LawFailedError:
-        return
-
-
-def _table(results: Mapping[str, StudiedController]) -> str:
-    """Return all runs as CSV."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
-    writer.writerow(study_columns(results))
-    writer.writerows(map(as_cell, row) for row in study_rows(results))
-    return text.getvalue()
 
 
 def parser() -> argparse.ArgumentParser:

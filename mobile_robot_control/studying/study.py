@@ -1,33 +1,45 @@
-"""`study`: a Monte Carlo study, without files."""
+"""`study`: a Monte Carlo study whose result writes itself."""
 
+import csv
+import io
+import json
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.loop.closed_loop import Sample
+from mobile_robot_control.loop.scenarios import Scenario, scenario_trial
 from mobile_robot_control.loop.workers import runner
 from mobile_robot_control.parameters.requests import make_request
-from mobile_robot_control.runs.run import as_dataframe
+from mobile_robot_control.runs.rollout import trial_rollout
+from mobile_robot_control.runs.run import Run, as_dataframe
+from mobile_robot_control.runs.samples import collect
 from mobile_robot_control.search.tune import refuse_files
 from mobile_robot_control.settings.configure import File, parameter_sources
+from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.settings.provenance import call_text, provenance
 from mobile_robot_control.studying.engine import (
     StudiedController,
     StudyRequest,
+    as_cell,
     run_study,
     studied_controllers,
     study_columns,
     study_rows,
     study_values,
 )
+from mobile_robot_control.studying.page import Judgement, StudiedRuns, chosen_runs, starts_figure, write_study_page
+from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.texts import printable
 
 if TYPE_CHECKING:
     from mobile_robot_control.report.inline_page import InlinePage
-
 
 Compared = Mapping[str, File | Mapping[str, object]] | Sequence[File] | File
 
@@ -84,14 +96,70 @@ class Study(NamedTuple):
         """
         # imported late: Matplotlib takes a second
         from mobile_robot_control.report.inline_page import inline  # noqa: PLC0415
-        from mobile_robot_control.studying.command import write_study  # noqa: PLC0415
 
-        Path(folder).mkdir(parents=True, exist_ok=True)
-        return inline(write_study(Path(folder), self.request, self.studied, self.provenance))
+        return inline(write_study(self, Path(folder)))
 
     def to_dataframe(self) -> Any:
         """Return `runs` as a table of pandas; raise ModuleNotFoundError if that is not installed."""
         return as_dataframe(dict(self.runs))
+
+
+def study_of(
+    request: StudyRequest, studied: dict[str, StudiedController], command_line: str, interrupted: bool = False
+) -> Study:
+    """Return the result of a study, whose runs may have ended with an interrupt."""
+    columns = zip(*study_rows(studied), strict=True)
+    table = {name: np.array(column) for name, column in zip(study_columns(studied), columns, strict=True)}
+    made = provenance(command_line, {name: one.parameters for name, one in studied.items()})
+    return Study(study_values(request, studied, interrupted), {**table, 'success': table['success'].astype(bool)}, made,
+                 request, studied)
+
+
+def write_study(made: Study, folder: Path) -> Path:
+    """Write `study.json`, `runs.csv`, `starts.png` and `study.html` into a folder, and return the page."""
+    # imported late: Matplotlib takes a second
+    from mobile_robot_control.figures.drawing import draw_and_save  # noqa: PLC0415
+
+    request, interrupted = made.request, made.values['interrupted']
+    folder.mkdir(parents=True, exist_ok=True)
+    write_atomically(folder / 'study.json', json.dumps({**made.values, 'provenance': made.provenance}, indent=2) + '\n')
+    write_atomically(folder / 'runs.csv', _table(made.studied))
+    # after Ctrl-C nothing more is run
+    chosen = [] if interrupted else chosen_runs([one.judged for one in made.studied.values()])
+    shown = {name: StudiedRuns(one.scenarios, one.judged, one.promise, replayed_runs(one, request.laps, chosen))
+             for name, one in made.studied.items()}
+    svg = draw_and_save(starts_figure(shown), folder / 'starts.png')
+    judgement = Judgement(made.values['success'], request.metrics, request.settled_within)
+    write_study_page(folder / 'study.html', shown, judgement, svg, made.provenance, interrupted)
+    return folder / 'study.html'
+
+
+def _table(studied: Mapping[str, StudiedController]) -> str:
+    """Return all runs as CSV."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow(study_columns(studied))
+    writer.writerows(map(as_cell, row) for row in study_rows(studied))
+    return text.getvalue()
+
+
+def driven(parameters: Configuration, scenario: Scenario, laps: float) -> list[Sample]:
+    """Return the samples of a run of a study, up to a failure of its law."""
+    samples: list[Sample] = []
+    with suppress(LawFailedError):
+        samples.extend(trial_rollout(scenario_trial(parameters, scenario, laps, 0.75 * laps), parameters))
+    return samples
+
+
+def replayed_runs(studied: StudiedController, laps: float, chosen: Sequence[int]) -> dict[int, Run]:
+    """Return some runs of a controller by their index."""
+    found = {}
+    for n in chosen:
+        samples = driven(studied.parameters, studied.scenarios[n], laps)
+        if samples:
+            kind = 'success' if studied.judged[n].success else 'failure'
+            found[n] = Run(f'run {n + 1}, {kind}', collect(samples), (), {}, studied.parameters)
+    return found
 
 
 def _in_words(found: Mapping[str, Any]) -> str:
@@ -169,9 +237,5 @@ def study(
     request = make_request(StudyRequest, {'sources': sources, **asked})
     controllers = studied_controllers(request)
     with runner(request.where) as run, tqdm(total=runs * len(controllers), disable=not progress, unit='run') as bar:
-        results = run_study(request, controllers, run, bar.update, lambda: False)
-    columns = zip(*study_rows(results), strict=True)
-    table = {name: np.array(column) for name, column in zip(study_columns(results), columns, strict=True)}
-    call = call_text('study', *files, robot=robot, parameters=parameters, **asked)
-    return Study(study_values(request, results, interrupted=False),
-                 {**table, 'success': table['success'].astype(bool)}, provenance(call, controllers), request, results)
+        studied = run_study(request, controllers, run, bar.update, lambda: False)
+    return study_of(request, studied, call_text('study', *files, robot=robot, parameters=parameters, **asked))

@@ -86,7 +86,7 @@ def test_ros_and_heavy_libraries_are_imported_where_they_belong(imported):
 
 
 @each_row(('modules', 'absent'), [
-    (['', '.runs.simulation', '.testing'], ROS | HEAVY), (['.runs.simulate'], ROS | HEAVY - {'numpy'}),
+    (['', '.runs.simulation', '.testing'], ROS | HEAVY), (['.runs.run', '.runs.samples'], ROS | HEAVY - {'numpy'}),
     ([f'.ros.nodes.{node}' for node in ('plant', 'velocity_controller', 'position_controller', 'reference_cart')],
      HEAVY - {'numpy'} | {'rosbags', 'tqdm'}),
 ])

@@ -27,10 +27,8 @@ def quick(monkeypatch):
 @pytest.fixture
 def plain(monkeypatch, quick):
     """A search or a study compiles and draws nothing."""
+    from mobile_robot_control.figures import drawing
     from mobile_robot_control.loop import batch
-    from mobile_robot_control.search import command as search_files
-    from mobile_robot_control.studying import command as study_files
 
     monkeypatch.setattr(batch, 'COMPILES', False)
-    for files in (search_files, study_files):
-        monkeypatch.setattr(files, 'draw_and_save', lambda *_: '')
+    monkeypatch.setattr(drawing, 'draw_and_save', lambda *_: '')

@@ -16,8 +16,8 @@ from std_msgs.msg import String
 from mobile_robot_control.identification.recorded import read_recorded
 from mobile_robot_control.runs import bag
 from mobile_robot_control.runs.bag_writer import BagWriter
-from mobile_robot_control.runs.loading import load
 from mobile_robot_control.runs.mcap_stream import BagError
+from mobile_robot_control.runs.reading import load
 from mobile_robot_control.runs.record import Event
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS

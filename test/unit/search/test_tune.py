@@ -13,12 +13,13 @@ from each import each_row
 from processes import wait_until
 
 from mobile_robot_control.cli import request_of
+from mobile_robot_control.figures import drawing
 from mobile_robot_control.figures.drawing import draw_and_save
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import measure
-from mobile_robot_control.search import command as search_files
 from mobile_robot_control.search import command as tune
+from mobile_robot_control.search import result
 from mobile_robot_control.search.journal import Journal
 from mobile_robot_control.search.page import write_search_page
 from mobile_robot_control.search.request import Search, SearchRequest
@@ -37,7 +38,7 @@ START = ('import sys; sys.modules["numba"] = None; from mobile_robot_control.sea
 @pytest.fixture(autouse=True)
 def without_page(plain, monkeypatch):
     """Write no page."""
-    monkeypatch.setattr(search_files, 'write_search_page', lambda *_: None)
+    monkeypatch.setattr(result, 'write_search_page', lambda *_: None)
 
 
 def run(output, generations, *arguments):
@@ -65,8 +66,8 @@ def lines(file):
 
 
 def test_result_file_history_and_picture_agree(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(search_files, 'draw_and_save', draw_and_save)
-    monkeypatch.setattr(search_files, 'write_search_page', write_search_page)
+    monkeypatch.setattr(drawing, 'draw_and_save', draw_and_save)
+    monkeypatch.setattr(result, 'write_search_page', write_search_page)
     output = tmp_path / 'deep' / 'found.yaml'
     assert run(output, 6) == 0
     parameters = configure(load([output]))

@@ -9,10 +9,10 @@ import signal
 import pytest
 from harness import numbers_in
 
+from mobile_robot_control.figures import drawing
 from mobile_robot_control.figures.drawing import draw_and_save
 from mobile_robot_control.loop.metric_table import INDICES
 from mobile_robot_control.studying import command as study
-from mobile_robot_control.studying import command as study_files
 from mobile_robot_control.studying import engine
 
 pytestmark = pytest.mark.usefixtures('plain')
@@ -40,7 +40,7 @@ def compared(folder, **gains):
 
 
 def test_all_controllers_get_the_same_drawn_runs_and_files_agree_with_what_is_printed(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(study_files, 'draw_and_save', draw_and_save)
+    monkeypatch.setattr(drawing, 'draw_and_save', draw_and_save)
     assert run(tmp_path, 120, *compared(
         tmp_path, firm='p: 2.0, q: 1.0, f: 5.0, g: 5.0', slack='p: 1.e-6, q: 1.0, f: 5.0, g: 5.0')) == 0
     found, rows = read(tmp_path)

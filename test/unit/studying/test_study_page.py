@@ -17,7 +17,6 @@ from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.runs.rollout import trial_rollout
 from mobile_robot_control.settings.provenance import provenance
-from mobile_robot_control.studying.command import replayed_runs
 from mobile_robot_control.studying.engine import StudiedController
 from mobile_robot_control.studying.page import (
     FAILURES,
@@ -28,6 +27,7 @@ from mobile_robot_control.studying.page import (
     study_data,
     write_study_page,
 )
+from mobile_robot_control.studying.study import replayed_runs
 
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="4" height="3"/>'
 PARAMETERS = configuration(100.0, 50.0, reference_cart={'period': 1.0})
