@@ -2,30 +2,37 @@
 
 PYTHON ?= python3
 
-# Where a ROS 2 is sourced, its rclpy is used; elsewhere pinned wheels bring one, of the distribution that ROS names:
-# kilted, or jazzy (make test ROS=jazzy). Two distributions cannot share an environment.
+# Where a ROS 2 is sourced, its rclpy is used; elsewhere locked wheels bring one, of the distribution that ROS names:
+# jazzy, or kilted (make test ROS=kilted). Two distributions cannot share an environment.
 ifdef ROS_DISTRO
 VENV := .venv
 VENV_OPTIONS := --system-site-packages
 ROS_WHEELS :=
 LOCKED := $(ROS_DISTRO)
 else
-ROS ?= kilted
-VENV := .venv$(if $(filter-out kilted,$(ROS)),-$(ROS))
+ROS ?= jazzy
+VENV := .venv$(if $(filter-out jazzy,$(ROS)),-$(ROS))
 VENV_OPTIONS :=
 ROS_WHEELS := $(ROS),
 LOCKED := $(ROS)
 endif
-ifneq ($(filter-out kilted jazzy $(ROS_DISTRO),$(ROS)),)
-$(error ROS=$(ROS): wheels exist for kilted and jazzy; to use another ROS 2, source its setup file instead)
+ifneq ($(filter-out jazzy kilted $(ROS_DISTRO),$(ROS)),)
+$(error ROS=$(ROS): wheels exist for jazzy and kilted; to use another ROS 2, source its setup file instead)
+endif
+HELD := $(filter-out $(LOCKED),$(foreach one,jazzy kilted,\
+  $(if $(wildcard $(VENV)/lib/python3*/site-packages/ros_$(one)_rclpy-*),$(one))))
+ifneq ($(and $(HELD),$(filter-out clean,$(or $(MAKECMDGOALS),setup))),)
+$(error $(VENV) holds the rclpy of $(HELD), and $(LOCKED) is asked for: remove it with make clean, and repeat)
 endif
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 TESTED := $(VENV)/.tested
 # of the commands: nodes, live page, compiled search; the tests, the site and the mutants add theirs
-EXTRAS := $(ROS_WHEELS)dashboard,fast,pinned
+EXTRAS := $(ROS_WHEELS)dashboard,fast
 TEST_EXTRAS := $(EXTRAS),cluster,test
 MUTANTS_EXTRAS := $(TEST_EXTRAS),mutants
+# of pytest-xdist
+WORKERS := --numprocesses 4 --dist loadscope --no-loadscope-reorder
 DOCS_EXTRAS := $(EXTRAS),docs
 
 # where it is set, each of the thousand processes that the tests start compiles every module again
@@ -62,14 +69,14 @@ $(TESTED): setup.py setup.cfg package.xml $(wildcard constraints/*) | $(BIN)/act
 # lock what setup.py pulls in, on both distributions and all Pythons. A version that still fits stays, which CI checks;
 # UPGRADE=--upgrade takes the newest
 constraints: $(VENV)/.locking
-	@for ros in kilted jazzy; do for python in 3.10 3.11 3.12 3.13; do \
+	@for ros in jazzy kilted; do for python in 3.10 3.11 3.12 3.13; do \
 	  $(BIN)/uv pip compile --quiet $(UPGRADE) --no-header --no-annotate --python-version $$python --extra $$ros \
-	    $(foreach extra,cluster dashboard docs fast locking mutants pinned test,--extra $(extra)) \
+	    $(foreach extra,cluster dashboard docs fast locking mutants test,--extra $(extra)) \
 	    setup.py -o constraints/$$ros-$$python.txt || exit; done; done
 
 # not after `setup`, which a pin that has changed makes fail until the files are written again
 $(VENV)/.locking: setup.py | $(BIN)/activate
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --use-pep517 --editable '.[locking,pinned]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --use-pep517 --editable '.[locking]'
 	@touch $@
 
 demo: setup
@@ -81,15 +88,15 @@ figures: setup
 	PYTHONPATH=examples/chapter $(BIN)/python -m chapter_figures.index --output runs/figures
 
 test: $(TESTED)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(WORKERS)
 
 # the tests over DDS alone: those that another distribution could change; ONLY='FILE...' for some of them
 test-dds: $(TESTED)
-	$(BIN)/python -m pytest -m "dds and not soak" $(ONLY)
+	$(BIN)/python -m pytest $(WORKERS) -m "dds and not soak" $(ONLY)
 
 # one test at a time, each with the machine for itself; a line a test says how far it is; ONLY='FILE...' for some
 soak: $(TESTED)
-	$(BIN)/python -m pytest -m soak --numprocesses 0 --capture no --verbose --durations 0 -o faulthandler_timeout=0 \
+	$(BIN)/python -m pytest -m soak --capture no --verbose --durations 0 -o faulthandler_timeout=0 \
 	  $(ONLY)
 
 # one table of ratios, each to something measured in the same run; ONLY='lockstep memory' for some of it
@@ -108,7 +115,7 @@ $(VENV)/.mutants: $(TESTED)
 	$(call install,$(MUTANTS_EXTRAS))
 
 lint: $(TESTED)
-	$(BIN)/python -m pytest test/lint
+	$(BIN)/python -m pytest $(WORKERS) test/lint
 
 # the types of the scripts that run in a browser; it needs Node.js, and tools/package.json pins the checker
 lint-js: tools/node_modules/.package-lock.json
@@ -146,4 +153,4 @@ $(VENV)/.docs: $(READY)
 	$(call install,$(DOCS_EXTRAS))
 
 clean:
-	rm -rf .venv .venv-jazzy build install log docs/_build *.egg-info
+	rm -rf .venv .venv-* build install log docs/_build *.egg-info

@@ -37,76 +37,52 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
+        (f'share/{PACKAGE}/launch', sorted(map(str, Path('launch').iterdir()))),
         *config_files(),
     ],
-    install_requires=['setuptools', 'PyYAML', 'matplotlib', 'mcap', 'numpy', 'pillow', 'rosbags', 'tqdm'],
+    # the oldest versions are those of Ubuntu 24.04; those that the tests run with are locked in constraints/
+    install_requires=['setuptools', 'PyYAML>=6.0.1', 'matplotlib>=3.6', 'mcap>=1.1', 'numpy>=1.26', 'pillow>=10.2',
+                      'rosbags>=0.11', 'tqdm>=4.66'],
     extras_require={
         # ROS 2 itself, for a machine without one: one distribution an environment; an installed ROS 2 needs neither
-        'kilted': [
-            'ros-kilted-rclpy==9.1.2',
-            'ros-kilted-common-interfaces==5.5.1',
-            'ros-kilted-rmw-fastrtps-cpp==9.3.3',
-        ],
-        'jazzy': [
-            'ros-jazzy-rclpy==7.1.6',
-            'ros-jazzy-common-interfaces==5.3.6',
-            'ros-jazzy-rmw-fastrtps-cpp==8.4.3',
-        ],
+        'jazzy': ['ros-jazzy-rclpy', 'ros-jazzy-common-interfaces', 'ros-jazzy-rmw-fastrtps-cpp'],
+        'kilted': ['ros-kilted-rclpy', 'ros-kilted-common-interfaces', 'ros-kilted-rmw-fastrtps-cpp'],
         # compiled rollouts: some hundred times faster searches; and the second algorithm
-        'fast': ['numba==0.68.0', 'scipy==1.15.3'],
+        'fast': ['numba>=0.62', 'scipy>=1.11'],
         # the page to watch and handle the robot
-        'dashboard': ['starlette==1.7.0', 'uvicorn==0.54.0', 'websockets==16.1.1'],
+        'dashboard': ['starlette>=0.31', 'uvicorn>=0.27', 'websockets>=10.4'],
         # the search on a cluster
-        'cluster': ['distributed==2026.8.0'],
-        # the versions that the tests run with
-        'pinned': [
-            'PyYAML==6.0.3',
-            'matplotlib==3.10.9',
-            'mcap==1.6.0',
-            'numpy==2.2.6',
-            'pillow==12.0.0',
-            'rosbags==0.11.9',
-            'tqdm==4.70.1',
-        ],
+        'cluster': ['distributed>=2024.1'],
         # the files in constraints/: make constraints
-        'locking': ['uv==0.13.9'],
+        'locking': ['uv'],
         # the documentation as a site: make docs
-        'docs': [
-            'furo==2025.12.19',
-            'myst-parser==4.0.1',
-            'numpydoc==1.11.0',
-            'sphinx==8.1.3',
-        ],
-        'mutants': [
-            'cosmic-ray==8.7.0',
-            'coverage==7.10.7',
-            'pytest-cov==7.1.0',
-        ],
+        'docs': ['furo', 'myst-parser>=4', 'numpydoc>=1.8', 'sphinx>=8'],
+        'mutants': ['cosmic-ray>=8.4', 'coverage', 'pytest-cov'],
         'test': [
             # of pages, for everybody; it has axe-core 4.4 and needs nothing
-            'axe-core-python==0.1.0',
-            'colcon-core==0.21.3',
-            'colcon-package-information==0.4.1',
-            'colcon-ros==0.5.0',
-            'hypothesis==6.168.5',
+            'axe-core-python',
+            'colcon-core',
+            'colcon-package-information',
+            'colcon-ros',
+            'hypothesis',
             # of the notebook in examples
-            'ipykernel==6.30.1',
-            'mcap-ros2-support==0.6.0',
-            'mypy==2.4.1',
-            'nbclient==0.11.0',
-            'pandas==2.3.3',
+            'ipykernel',
+            'mcap-ros2-support',
+            'mypy',
+            'nbclient',
+            'pandas',
             # of examples/mpc_controller
-            'piqp==0.7.0',
-            'pytest==9.2.0',
-            'pytest-timeout==2.4.0',
-            'pytest-xdist==3.8.0',
+            'piqp',
+            'pytest>=8',
+            'pytest-timeout',
+            'pytest-xdist',
             # what a law of this package is compared with
-            'robotpy-wpimath==2026.2.2',
-            'toppra==0.6.10',
-            'ruff==0.17.5',
-            'selenium==4.51.0',
-            'types-PyYAML==6.0.12.20261113',
-            'wheel==0.45.1',
+            'robotpy-wpimath',
+            'toppra',
+            'ruff',
+            'selenium',
+            'types-PyYAML',
+            'wheel',
         ],
     },
     zip_safe=False,

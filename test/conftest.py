@@ -9,7 +9,6 @@ import pytest
 from browser import CHROMIUM, DRIVER, Browser, refuse_to_start
 from domains import own_domain
 from hypothesis import settings
-from xdist.scheduler import LoadScopeScheduling
 
 settings.register_profile('seeded', derandomize=True, deadline=None, database=None)
 settings.load_profile('seeded')
@@ -37,18 +36,15 @@ def scope_of(nodeid):
     return nodeid if file.startswith(('test/ros/', 'test/adversary/', 'test/examples/')) else file
 
 
-class Division(LoadScopeScheduling):
-    """Divides tests among the workers by `scope_of`."""
-
-    def _split_scope(self, nodeid):
-        return scope_of(nodeid)
-
-
 # without xdist pytest does not know it
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
-    """Divide tests among the workers."""
-    return Division(config, log)
+    """Divide tests among the workers by `scope_of`."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    scheduler = LoadScopeScheduling(config, log)
+    scheduler._split_scope = scope_of
+    return scheduler
 
 
 def pytest_collection_modifyitems(items):

@@ -120,7 +120,8 @@ def _measure(folder):
     file = Path(folder, 'coverage')
     # no time limit: an alarm that ends a test while coverage holds its lock leaves the next test waiting for ever
     done = subprocess.run(
-        [sys.executable, '-m', 'pytest', '--numprocesses', str(WORKERS), '-m', 'not soak and not dds',
+        [sys.executable, '-m', 'pytest', '--numprocesses', str(WORKERS), '--dist', 'loadscope',
+         '--no-loadscope-reorder', '-m', 'not soak and not dds',
          '--cov=mobile_robot_control', '--cov-context=test', '--cov-report=', '--durations=0', '--durations-min=0',
          '-o', 'timeout=0', *(f'--deselect=test/closed_loop/{name}' for name in SLOW), *TESTS],
         cwd=ROOT, env=os.environ | {'COVERAGE_FILE': str(file)}, capture_output=True, text=True, check=False)
@@ -167,7 +168,7 @@ def _pytest(*arguments):
     with open(os.devnull, 'w') as nothing:
         os.dup2(nothing.fileno(), 1)
         os.dup2(nothing.fileno(), 2)
-    return pytest.main(['-q', '-x', '--numprocesses', '0', '-p', 'no:cacheprovider', '--no-cov', *arguments])
+    return pytest.main(['-q', '-x', '-p', 'no:cacheprovider', '--no-cov', *arguments])
 
 
 def _run(file, mutated, tests):

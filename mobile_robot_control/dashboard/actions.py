@@ -17,7 +17,7 @@ from mobile_robot_control.dashboard.publishing import DISTURBANCES, MOST, on_a_p
 from mobile_robot_control.dashboard.recordings import STATE, BusyError, Recordings, save_parameters
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
 from mobile_robot_control.dashboard.started_nodes import StartedNodes
-from mobile_robot_control.dashboard.teaching import LessonError, Robot, Teaching, surface_numbers
+from mobile_robot_control.dashboard.teaching import LessonError, RobotAccess, Teaching, surface_numbers
 from mobile_robot_control.parameters.declaration import ParameterError, declarations
 from mobile_robot_control.reference.cart import Placement, reference_at
 from mobile_robot_control.reference.curves import CURVES
@@ -98,7 +98,7 @@ class Actions:
     ) -> None:
         self._link, self._recordings, self._saved, self._nodes = link, recordings, saved, nodes
         self._reads_laws = reads_laws and nodes is not None
-        self.teaching = Teaching(lessons, robot, Robot(self._present, self._change, self._begin_run))
+        self.teaching = Teaching(lessons, robot, RobotAccess(self._present, self._change, self._begin_run))
         self._handlers: dict[str, Callable[[Mapping[str, Any]], Awaitable[Answer]]] = {
             'set': self._set, 'save': self._save, 'record': self._record,
             'finish': self._finish, 'reset': self._reset, 'step': self._step,

@@ -40,7 +40,7 @@ _NO_MOTION = (*STATE, 'real_time_factor', _START_POSE)
 """Parameters that change nothing of the motion of a run under way."""
 
 
-class Events:
+class EventBuffer:
     """
     The last changes: parameters, resets, pushes, paths, each with the first stamp that it affects.
 
@@ -177,7 +177,7 @@ class RobotLink:
         self.calls = ServiceCalls(self.calling)
         self.book = ParameterBook(self.watching, self.calls, self._started)
         self.disturbances = Disturbances(self.calling, self.book)
-        self.states, self.events = NodeStates(), Events()
+        self.states, self.events = NodeStates(), EventBuffer()
         self.loop = LoopTopics(self.watching)
         self._diagnostics = PolledTopic(self.watching, '/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', depth=20)
         self._events = PolledTopic(self.watching, EVENTS, _KIND, depth=50, reliable=True)

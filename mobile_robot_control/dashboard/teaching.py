@@ -56,7 +56,7 @@ class LessonError(ValueError):
     """A lesson that cannot be played; the text is the reason."""
 
 
-class Robot(NamedTuple):
+class RobotAccess(NamedTuple):
     """
     The interface of a robot to a lesson; each function raises if it is refused.
 
@@ -87,8 +87,8 @@ class Teaching:
         Available lessons.
     name : str
         Of the robot; '' if unknown.
-    robot : Robot
-        Robot of the lessons.
+    robot : RobotAccess
+        Of the lessons.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class Teaching:
 
     """
 
-    def __init__(self, lessons: Sequence[Lesson], name: str, robot: Robot) -> None:
+    def __init__(self, lessons: Sequence[Lesson], name: str, robot: RobotAccess) -> None:
         self.lessons = {lesson.name: lesson for lesson in lessons}
         self._name, self._robot = name, robot
         self.running = ''

@@ -20,7 +20,7 @@ from mobile_robot_control.system.supervisor import Supervisor
 from mobile_robot_control.system.texts import distinct, printable
 
 if TYPE_CHECKING:
-    from mobile_robot_control.experiment.runner import Course
+    from mobile_robot_control.experiment.runner import Procedure
 
 
 class ExperimentRequest(NamedTuple):
@@ -106,7 +106,7 @@ class Experiments:
 
     def _perform(
         self, parameters: Configuration, output: Path, bar: tqdm, unused: list[Path],
-        course: 'Callable[[], Course] | None' = None,
+        course: 'Callable[[], Procedure] | None' = None,
     ) -> Performed:
         """Run, record and evaluate one configuration; the result's reason names every error."""
         request = self._request
@@ -136,7 +136,7 @@ class Experiments:
         request, output = self._request, self._output
         replay = plan_replay(Path(str(request.replay)), output, request.sources, request.duration, request.namespace)
 
-        def course() -> 'Course':
+        def course() -> 'Procedure':
             from mobile_robot_control.experiment.replay_run import ReplayRun  # noqa: PLC0415 (imports rclpy)
 
             return ReplayRun(replay)

@@ -51,7 +51,7 @@ _BEHIND = 20.0
 """[s] of wall time, at most, for recording what arrived while this process could not run."""
 
 
-class Course(Protocol):
+class Procedure(Protocol):
     """A procedure for a run that is paused at its start: a replay."""
 
     def attach(self, namespace: str) -> Node:
@@ -184,7 +184,7 @@ class ExperimentRunner:
 
 def run_experiment(
     parameters: Configuration, output: Path, namespace: str, composed: bool, patience: float, stop: Stop, bar: tqdm,
-    supervisor: Supervisor, course: Course | None = None,
+    supervisor: Supervisor, course: Procedure | None = None,
 ) -> ExperimentResult:
     """
     Run an experiment and record it into a folder with `parameters.yaml`; the bag and the nodes' logs are added there.

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawn
@@ -33,6 +34,10 @@ _LONGEST = 44
 """Longest name in a legend [characters]."""
 _ROOM, _HANDLE, _LETTER = 4.8, 0.62, 0.085
 """[in]: width of the axes, of a line in the legend, and of a character."""
+_PLACES_OUTSIDE = [int(part) for part in mpl.__version__.split('.')[:2]] >= [3, 7]
+"""Whether Matplotlib reserves room for a legend below the axes: that of Ubuntu 24.04 does not."""
+_BELOW = 0.07
+"""Share of the height for such a legend otherwise."""
 _HEADING_LENGTH = 0.06
 """[m]: length of the line that shows a heading."""
 
@@ -243,7 +248,12 @@ def _labels(every: Sequence[Axes]) -> dict[str, Any]:
 def _legend_below(drawn: Drawn, every: Sequence[Axes]) -> None:
     """Draw one legend of all axes below them."""
     found = _labels(every)
-    drawn.legend(found.values(), found.keys(), loc='outside lower center', ncols=len(found))
+    if _PLACES_OUTSIDE:
+        drawn.legend(found.values(), found.keys(), loc='outside lower center', ncols=len(found))
+    else:
+        drawn.legend(found.values(), found.keys(), loc='lower center', ncol=len(found))
+        layout: Any = drawn.get_layout_engine()
+        layout.set(rect=(0.0, _BELOW, 1.0, 1.0 - _BELOW))
     for axes in every[1:]:
         axes.set_ylabel('')
     # a layout of equal axes needs a drawing before the final one, or titles lie outside

@@ -35,7 +35,7 @@ class IdentificationRequest(NamedTuple):
                                       'from latency')] = False
 
 
-class Inputs(NamedTuple):
+class Recordings(NamedTuple):
     """The recordings read, and the robot's kind of command in them."""
 
     recordings: list[Recorded]
@@ -49,7 +49,7 @@ class Inputs(NamedTuple):
         return [f'{one.name}: {problem}' for one in self.recordings for problem in one.problems]
 
 
-def read_inputs(request: IdentificationRequest, progress: ProgressCallback = lambda *_: None) -> Inputs:
+def read_inputs(request: IdentificationRequest, progress: ProgressCallback = lambda *_: None) -> Recordings:
     """Read the recordings of a request; raise ParameterError if one cannot be read."""
     configuration = request.sources.configuration(request.namespace)
     topics, recordings, problems = topic_names(request.topic), [], []
@@ -64,7 +64,7 @@ def read_inputs(request: IdentificationRequest, progress: ProgressCallback = lam
     has_commands = any(one.commands and one.motion for one in recordings)
     takes_velocity = configuration.plant.model.drive == VELOCITY or (
         not has_effort and (has_commands or not any(one.wheels for one in recordings)))
-    return Inputs(recordings, configuration, takes_velocity, findings.lacks(recordings, takes_velocity))
+    return Recordings(recordings, configuration, takes_velocity, findings.lacks(recordings, takes_velocity))
 
 
 def identified(

@@ -72,7 +72,7 @@ def _why_not(place: Path) -> str:
             f'has the mode {mode:04o} in place of 0700' if mode != 0o700 else '')
 
 
-class _Place(_caching.UserProvidedCacheLocator):  # type: ignore[misc]
+class _Place(_caching.UserProvidedCacheLocator):
     """Where a function lies: the folder has the checksum of all sources, which no stamp must repeat."""
 
     @classmethod
@@ -85,11 +85,11 @@ class _Place(_caching.UserProvidedCacheLocator):  # type: ignore[misc]
         return ''
 
 
-class _Storage(_caching.CompileResultCacheImpl):  # type: ignore[misc]
+class _Storage(_caching.CompileResultCacheImpl):
     _locator_classes = [_Place]  # noqa: RUF012 (as numba has it)
 
 
-class _Cache(_caching.FunctionCache):  # type: ignore[misc]
+class _Cache(_caching.FunctionCache):
     """A cache that many processes use: two that save at once would exchange their functions in that of numba."""
 
     _impl_class = _Storage

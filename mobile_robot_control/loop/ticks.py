@@ -53,7 +53,7 @@ from mobile_robot_control.settings.nodes import Configuration, has_exact_odometr
 
 FAILED = BodyVelocity(math.nan, math.nan)
 """The command of a failed law."""
-NO_TORQUE = WheelTorque(math.nan, math.nan)
+UNKNOWN_TORQUE = WheelTorque(math.nan, math.nan)
 """The torque of a base that takes velocity commands."""
 
 
@@ -225,7 +225,7 @@ def make_velocity_tick(form: Form = IDEAL_FORM) -> Callable[..., tuple[LoopState
         moved, drive = step(state.plant, state.drive, state.command, k, loop.drive)
         seen = advance(state.sensors, moved, k + 1, loop.sensors)
         return (LoopState(moved, state.pi, state.law, state.command, drive, seen, state.held, state.coming),
-                NO_TORQUE, NO_TORQUE)
+                UNKNOWN_TORQUE, UNKNOWN_TORQUE)
 
     return base_tick if form.plant.takes_velocity else torque_tick
 

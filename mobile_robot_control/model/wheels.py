@@ -61,7 +61,7 @@ class Load(NamedTuple):
     left_stands: bool
 
 
-class Course(NamedTuple):
+class WheelMotion(NamedTuple):
     """
     Both wheels at a time.
 
@@ -165,12 +165,12 @@ def mode_after(mode: Mode, lag_rate: float, time: float) -> tuple[float, float]:
 
 
 @jitable_apart
-def course(modes: Modes, lag_rate: float, time: float) -> Course:
+def course(modes: Modes, lag_rate: float, time: float) -> WheelMotion:
     """Return both wheels after a time [s], to rounding errors; the lag's rate 1/T [1/s] is 0 without a lag."""
     first, second = modes
     a, turned_a = mode_after(first, lag_rate, time)
     b, turned_b = mode_after(second, lag_rate, time)
-    return Course(
+    return WheelMotion(
         WheelVelocity(first.right * a + second.right * b, first.left * a + second.left * b),
         first.right * turned_a + second.right * turned_b,
         first.left * turned_a + second.left * turned_b,
@@ -307,13 +307,13 @@ def _travelled(rolling: Rolling, modes: Modes, begin: float, end: float, forcing
 
 
 @jitable_apart
-def _forward(now: Course, axle: Axle) -> float:
+def _forward(now: WheelMotion, axle: Axle) -> float:
     """Return the forward velocity [m/s]: Eq. (5), (6)."""
     return 0.5 * axle.wheel_radius * (now.speed.right + now.speed.left)
 
 
 @jitable_apart
-def _heading(rolling: Rolling, now: Course, forcing: Forcing, axle: Axle) -> float:
+def _heading(rolling: Rolling, now: WheelMotion, forcing: Forcing, axle: Axle) -> float:
     """Return the heading [rad]: Eq. (7), integrated."""
     turned = (rolling.right.angle + now.right_angle) - (rolling.left.angle + now.left_angle)
     return forcing.heading + 0.5 * axle.wheel_radius * turned / axle.half_separation

@@ -20,7 +20,7 @@ from mobile_robot_control.reference.path_shape import (
     lay_grid,
     spans_of,
 )
-from mobile_robot_control.reference.timing import Grid, Profile, StuckError, fastest
+from mobile_robot_control.reference.timing import Intervals, Profile, StuckError, fastest
 
 _END = 1e-9
 """A rest of a span below this share counts as none."""
@@ -175,7 +175,7 @@ def plan_grid(
     speed = np.minimum(np.append(speed_limits, np.inf), np.append(np.inf, speed_limits))
     try:
         profile = fastest(
-            Grid(grid.length, grid.curvature, grid.sharpness, speed), timing, drive, start / timing.speed_factor)
+            Intervals(grid.length, grid.curvature, grid.sharpness, speed), timing, drive, start / timing.speed_factor)
     except StuckError as error:
         raise ImpossibleError(int(grid.span[error.interval]), str(error)) from None
     return PlannedPath(spans, grid, profile, timing.speed_factor)

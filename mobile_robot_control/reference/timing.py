@@ -32,7 +32,7 @@ _ACTIVE = 0.99
 """Share of a limit from which it counts as active."""
 
 
-class Grid(NamedTuple):
+class Intervals(NamedTuple):
     """
     A path of N intervals.
 
@@ -103,7 +103,7 @@ def _both_ways(
             for sign in (1.0, -1.0)]
 
 
-def _torque_rows(grid: Grid, timing: Timing, drive: Drive) -> list[Row]:
+def _torque_rows(grid: Intervals, timing: Timing, drive: Drive) -> list[Row]:
     """Return the rows of both wheels' torques: Eq. (13)-(14), solved for the torques, with dry friction."""
     robot, rows = drive.robot, []
     r, half, share = robot.wheel_radius, half_separation(robot), timing.torque_fraction
@@ -124,7 +124,7 @@ def _torque_rows(grid: Grid, timing: Timing, drive: Drive) -> list[Row]:
     return rows
 
 
-def _rows(grid: Grid, timing: Timing, drive: Drive) -> list[Row]:
+def _rows(grid: Intervals, timing: Timing, drive: Drive) -> list[Row]:
     """Return all limits that involve the acceleration."""
     ones, none = np.ones_like(grid.curvature), np.zeros_like(grid.curvature)
     rows = []
@@ -136,7 +136,7 @@ def _rows(grid: Grid, timing: Timing, drive: Drive) -> list[Row]:
     return rows + _torque_rows(grid, timing, drive)
 
 
-def _speed_limits(grid: Grid, timing: Timing, drive: Drive) -> dict[str, Floats]:
+def _speed_limits(grid: Intervals, timing: Timing, drive: Drive) -> dict[str, Floats]:
     """Return the largest speed under each limit without acceleration, at both ends of each interval [m/s]."""
     bend = np.abs(grid.curvature)
     rim = 1.0 + half_separation(drive.robot) * bend
@@ -274,13 +274,13 @@ def _active(
     return [used[n][0] if shares[n, k] >= _ACTIVE else '' for k, n in enumerate(most.tolist())]
 
 
-def fastest(grid: Grid, timing: Timing, drive: Drive, start: float = 0.0) -> Profile:
+def fastest(grid: Intervals, timing: Timing, drive: Drive, start: float = 0.0) -> Profile:
     """
     Return the fastest motion along a path, to rest, within all limits; `speed_factor` is not applied.
 
     Parameters
     ----------
-    grid : Grid
+    grid : Intervals
         The path.
     timing : Timing
         At least a limit of the speed, and one of the acceleration or the torque.

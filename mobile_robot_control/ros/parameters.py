@@ -119,7 +119,6 @@ class CheckedParameterService(ParameterService):
         asked = [one for one in asked if not self._is_unchanged(one)]
         if not asked:
             return SetParametersResult(successful=True)
-        # converted and applied here and not in rclpy's callbacks around a change, which Humble does not have
         result = self._get_node().set_parameters_atomically([self._converted(one) for one in asked])
         if not result.successful:
             result.reason = f'{", ".join(one.name for one in asked)}: {result.reason}'

@@ -63,7 +63,7 @@ class PublisherWatch:
 
     def publishers(self, topic: str) -> int:
         """Return the present number of discovered publishers of a topic."""
-        return self._node.count_publishers(self._topics[topic])
+        return int(self._node.count_publishers(self._topics[topic]))
 
     def endpoints(self, topic: str) -> set[bytes]:
         """Return the publishers of a topic as DDS identifies them: a restarted node has others."""

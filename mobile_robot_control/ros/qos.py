@@ -8,15 +8,11 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.duration import Duration
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
-
-try:
-    from rclpy.event_handler import SubscriptionEventCallbacks
-except ImportError:  # before iron
-    from rclpy.qos_event import SubscriptionEventCallbacks
 
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 

@@ -10,6 +10,7 @@ from rclpy.timer import Timer
 from mobile_robot_control.quantities import period_nanoseconds
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.inputs import ValidInput
+from mobile_robot_control.ros.peers import StallDetector
 from mobile_robot_control.ros.stamp_policy import AnswerStampPolicy, Inputs, StampDecision
 from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.ros.wall_clock import LONGEST_LAG
@@ -246,18 +247,6 @@ class Asking(Protocol):
         """Note a step."""
 
 
-class Stalls(Protocol):
-    """Names the nodes that block a run: StallDetector."""
-
-    named: list[str]
-
-    def note_silence(self, silence: float, stamp: int, tick: int) -> None:
-        """Note the time [s] without an answer to a stamp [ns], after a position tick [ns]."""
-
-    def note_progress(self) -> None:
-        """Note an answer."""
-
-
 class QuestionDriver:
     """
     Steps the plant once for each answer.
@@ -272,7 +261,7 @@ class QuestionDriver:
         Between two questions [ns].
     control : LockstepRunControl
         Knows whether the run is held, or restarts.
-    stalls : Stalls
+    stalls : StallDetector
         Receives the time without an answer to a question.
     real_time_factor : float
         1 is wall speed, 0 as fast as possible.
@@ -285,7 +274,7 @@ class QuestionDriver:
     """
 
     def __init__(
-        self, plant: Asking, node: Any, period: int, control: LockstepRunControl, stalls: Stalls,
+        self, plant: Asking, node: Any, period: int, control: LockstepRunControl, stalls: StallDetector,
         real_time_factor: float,
     ) -> None:
         self._plant, self._control, self._stalls = plant, control, stalls

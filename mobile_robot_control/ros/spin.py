@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 
 import rclpy
 from rclpy.exceptions import NameValidationException, ParameterException
-from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.executors import Executor
+from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
@@ -181,11 +182,7 @@ def one_line(error: BaseException) -> str:
 
 
 def make_executor() -> Executor:
-    """Make rclpy's EventsExecutor, which is faster; the single-threaded one in versions without it."""
-    try:
-        from rclpy.experimental.events_executor import EventsExecutor  # noqa: PLC0415 (absent before jazzy)
-    except ImportError:
-        return SingleThreadedExecutor()
+    """Make rclpy's EventsExecutor, which is faster than the default one."""
     return EventsExecutor()
 
 

@@ -5,6 +5,7 @@ from typing import Any, Protocol
 
 from rclpy.clock import Clock
 
+from mobile_robot_control.ros.clock import SteadyClock
 from mobile_robot_control.ros.inputs import ValidInput
 from mobile_robot_control.ros.lockstep import Outputs, Stepped
 from mobile_robot_control.ros.stamp_policy import Input, Inputs, StampDecision, WallClockStampPolicy
@@ -13,25 +14,13 @@ LONGEST_LAG, _LONGEST_STEP = 0.1, 1.0
 """[s]: a run or a node further behind the wall clock, or simulated time, does not catch up."""
 
 
-class Time(Protocol):
-    """The robot's time: RobotClock."""
-
-    is_simulated: bool
-
-    def now(self) -> float:
-        """Return the time [s]."""
-
-    def call_every(self, period: float, tick: Callable[[], None]) -> None:
-        """Call a function once a period [s]."""
-
-
 class FixedRateTimer:
     """
     Calls a step at a fixed rate of a robot's time.
 
     Parameters
     ----------
-    clock : Time
+    clock : SteadyClock
         The node's.
     rate : float
         [Hz].
@@ -46,7 +35,7 @@ class FixedRateTimer:
 
     """
 
-    def __init__(self, clock: Time, rate: float, tick: Callable[[], None]) -> None:
+    def __init__(self, clock: SteadyClock, rate: float, tick: Callable[[], None]) -> None:
         self.overruns = 0
         self._period, self._tick, self._clock = 1.0 / rate, tick, clock
         self._due = clock.now() + self._period

@@ -132,7 +132,7 @@ class Metadata(NamedTuple):
         }
 
 
-_WHEELS = ('kilted', 'jazzy')
+_WHEELS = ('jazzy', 'kilted')
 
 
 def ros_distribution() -> str:

@@ -9,7 +9,7 @@ from mobile_robot_control.control.law import LawFailedError, is_sound
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop.closed_loop import Coming, Loop, Sample
 from mobile_robot_control.loop.indices import MeasuredRun
-from mobile_robot_control.loop.ticks import NO_TORQUE, make_position_tick, make_velocity_tick, shows_the_truth
+from mobile_robot_control.loop.ticks import UNKNOWN_TORQUE, make_position_tick, make_velocity_tick, shows_the_truth
 from mobile_robot_control.loop.trial import Trial, course_of_trial, make_trial, prepared_loop
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.disturbance import with_push
@@ -96,7 +96,7 @@ def trial_rollout(
     velocity_tick, sensors = make_velocity_tick(form), sensing(form.plant)
     references_at = references_along(course_of_trial(trial), trial.form.horizon)
     position_period = trial.ratio * velocity_period
-    applied = NO_TORQUE if form.plant.takes_velocity else WheelTorque(0.0, 0.0)
+    applied = UNKNOWN_TORQUE if form.plant.takes_velocity else WheelTorque(0.0, 0.0)
     noise = loop.imperfections.noise  # that of the scenario
     exact = shows_the_truth(configuration) and not (any(noise.pose) or noise.velocity)
     for k in range(trial.steps + 1):

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from inspect import signature
 from typing import NamedTuple
 
 import numpy as np
@@ -22,11 +23,13 @@ def _differential_evolution(score: Score, genes: int, population: int, seed: int
         return score(np.ascontiguousarray(points.T))
 
     rng = np.random.default_rng(seed)
+    # its name in SciPy 1.15 and newer, and before
+    random = {'rng' if 'rng' in signature(differential_evolution).parameters else 'seed': rng}
     start = LOWEST_POINT + (1.0 - LOWEST_POINT) * rng.random((population, genes))
     try:
         differential_evolution(
-            columns, [(LOWEST_POINT, 1.0)] * genes, init=start, rng=rng, maxiter=_ENDLESS, tol=0.0, polish=False,
-            updating='deferred', vectorized=True,
+            columns, [(LOWEST_POINT, 1.0)] * genes, init=start, maxiter=_ENDLESS, tol=0.0, polish=False,
+            updating='deferred', vectorized=True, **random,
         )
     except RuntimeError as error:
         # SciPy wraps a ValueError raised by `score`

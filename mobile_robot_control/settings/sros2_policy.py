@@ -23,7 +23,7 @@ _ENCLAVES = '/mobile_robot_control'
 _RECORDER, _REPLAYER = 'recorder', 'replayer'
 _SERVICES = ('describe_parameters', 'get_parameter_types', 'get_parameters', 'get_type_description',
              'list_parameters', 'set_parameters', 'set_parameters_atomically')
-"""Services of every ROS 2 node; get_type_description exists from jazzy on."""
+"""Services of every ROS 2 node."""
 _OWN_SERVICES = {'plant': ('reset', 'step'), 'position_controller': ('stop', 'release')}
 """Further services of a node."""
 _HEAD = """<?xml version="1.0" encoding="UTF-8"?>

@@ -6,6 +6,7 @@ import signal
 import rclpy
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Header
@@ -22,11 +23,7 @@ def main() -> None:
     node = Node('empty')
     publisher = node.create_publisher(Header, TOPIC, 1)
     node.create_timer(PERIOD, lambda: publisher.publish(Header()), clock=Clock(clock_type=ClockType.STEADY_TIME))
-    try:
-        from rclpy.experimental import EventsExecutor as Executor
-    except ImportError:
-        from rclpy.executors import SingleThreadedExecutor as Executor
-    executor = Executor()
+    executor = EventsExecutor()
     executor.add_node(node)
     while not stopped and os.getppid() == parent:
         executor.spin_once(timeout_sec=0.1)

@@ -6,18 +6,10 @@ from typing import Any
 
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
-
-
-def _make_executor(context: Context) -> Executor:
-    try:
-        from rclpy.experimental.events_executor import EventsExecutor
-    except ImportError:
-        return SingleThreadedExecutor(context=context)
-    return EventsExecutor(context=context)
 
 
 class Listener:
@@ -36,7 +28,7 @@ class Listener:
         self._context = Context()
         rclpy.init(args=[], context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node('listener', context=self._context, enable_rosout=False, start_parameter_services=False)
-        self._executor = _make_executor(self._context)
+        self._executor = EventsExecutor(context=self._context)
         self._executor.add_node(self.node)
 
     def listen_to(self, topic: str, kind: type, take: Callable[[bytes], None], quality: QoSProfile) -> Any:

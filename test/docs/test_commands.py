@@ -98,7 +98,7 @@ def files_of(command):
     if words[:3] == ['ros2', 'run', 'mobile_robot_control']:
         assert words[3] in {*NODES, *COMMANDS}, command
     if words[:3] == ['ros2', 'launch', 'mobile_robot_control']:
-        assert (ROOT / 'config' / 'desktop' / words[3]).is_file(), command
+        assert (ROOT / 'launch' / words[3]).is_file(), command
     if words[:3] == ['ros2', 'param', 'set']:
         assert declarations(NODES[words[3].strip('/')])[words[4]].field.live, command
     if words[:2] == ['ros2', 'topic']:

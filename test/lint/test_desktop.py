@@ -13,7 +13,8 @@ from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.settings.nodes import NODES, Shared
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
-DESKTOP = Path(__file__).parents[2] / 'config' / 'desktop'
+ROOT = Path(__file__).parents[2]
+DESKTOP, LAUNCH = ROOT / 'config' / 'desktop', ROOT / 'launch'
 # how many numbers an attribute has
 NUMBERS = {'xyz': 3, 'rpy': 3, 'size': 3, 'rgba': 4} | dict.fromkeys(
     ('radius', 'length', 'value', 'ixx', 'ixy', 'ixz', 'iyy', 'iyz', 'izz'), 1)
@@ -27,8 +28,8 @@ URDF = {tag: [set(words.split()) for words in rule.split('|')] for tag, rule in 
     'sphere': '|radius|'}.items()}
 
 
-def _parse(name):
-    return ElementTree.fromstring((DESKTOP / name).read_text(encoding='utf-8'))  # noqa: S314 (our own file)
+def _parse(name, folder=DESKTOP):
+    return ElementTree.fromstring((folder / name).read_text(encoding='utf-8'))  # noqa: S314 (our own file)
 
 
 def test_the_urdf_is_valid():
@@ -97,20 +98,20 @@ def test_the_rviz_view_names_existing_topics_and_frames():
 
 
 def test_the_launch_file_starts_the_four_nodes_from_one_file():
-    launch = _parse('robot.launch.xml')
+    launch = _parse('robot.launch.xml', LAUNCH)
     ours = [node for node in launch.findall('node') if node.get('pkg') == 'mobile_robot_control']
     assert {node.get('exec') for node in ours} == set(NODES)
     # a <param from=...> whose file does not exist is left out with a warning, and nodes drive with defaults
     assert {node.get('ros_args') for node in ours} == {'--params-file $(var params)'}
     share = '$(find-pkg-share mobile_robot_control)/'
     named = [part.split('"')[0].split("'")[0].split(')')[0]
-             for part in (DESKTOP / 'robot.launch.xml').read_text(encoding='utf-8').split(share)[1:]]
+             for part in (LAUNCH / 'robot.launch.xml').read_text(encoding='utf-8').split(share)[1:]]
     assert len(named) > 2
-    assert all((DESKTOP.parents[1] / file).is_file() for file in named)
+    assert all((ROOT / file).is_file() for file in named)
 
 
 def test_the_launch_file_of_a_real_robot_starts_its_nodes_on_the_wall_clock():
-    launch = _parse('real_robot.launch.xml')
+    launch = _parse('real_robot.launch.xml', LAUNCH)
     nodes = {node.get('exec'): node for node in launch.findall('node')}
     assert list(nodes) == ['position_controller', 'velocity_controller', 'reference_cart']
     assert [name for name, node in nodes.items() if node.get('if')] == ['velocity_controller']
@@ -121,5 +122,5 @@ def test_the_launch_file_of_a_real_robot_starts_its_nodes_on_the_wall_clock():
         assert (node.get('name'), node.get('ros_args')) == (name, '--params-file $(var params)')
         inputs = {topic for loop in LOOPS.values() for topic in loop.topics_of(name)}
         assert {one.get('from') for one in node.findall('remap')} == inputs & {'odom', 'cmd_vel'}
-    text = (DESKTOP / 'real_robot.launch.xml').read_text(encoding='utf-8')
+    text = (LAUNCH / 'real_robot.launch.xml').read_text(encoding='utf-8')
     assert set(re.findall(r'var (\w+)', text)) == arguments

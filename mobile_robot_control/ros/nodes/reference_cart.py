@@ -15,11 +15,11 @@ from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import RefusedMessageError
 from mobile_robot_control.quantities import NANOSECONDS, Pose
 from mobile_robot_control.reference.curves import PATH
-from mobile_robot_control.ros.cart_time import CartWait, LockstepTime, WallClockTime
+from mobile_robot_control.ros.cart_time import CartCourse, CartWait, LockstepTime, WallClockTime
 from mobile_robot_control.ros.conversions import reader
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.lockstep import Outputs
-from mobile_robot_control.ros.nodes.cart_paths import CartCourse, Due, LockstepPaths, WallClockPaths
+from mobile_robot_control.ros.nodes.cart_paths import Due, LockstepPaths, WallClockPaths
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
 from mobile_robot_control.ros.qos import LATCHED, QUIET, SUBSCRIBED
 from mobile_robot_control.ros.stamp_policy import Input, Inputs

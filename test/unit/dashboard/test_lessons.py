@@ -10,7 +10,7 @@ from each import each_row
 from mobile_robot_control.dashboard import teaching as module
 from mobile_robot_control.dashboard.lesson_files import read_lessons
 from mobile_robot_control.dashboard.link import RunValues
-from mobile_robot_control.dashboard.teaching import LessonError, Robot, Teaching
+from mobile_robot_control.dashboard.teaching import LessonError, RobotAccess, Teaching
 from mobile_robot_control.parameters.declaration import ParameterError
 
 GOOD = {
@@ -106,7 +106,8 @@ def taught(tmp_path):
     """Return the nodes and a lesson of them."""
     (tmp_path / 'lesson.yaml').write_text(yaml.safe_dump(GOOD))
     nodes = Nodes()
-    return nodes, Teaching(read_lessons(str(tmp_path)), 'chapter', Robot(nodes.present, nodes.change, nodes.reset))
+    access = RobotAccess(nodes.present, nodes.change, nodes.reset)
+    return nodes, Teaching(read_lessons(str(tmp_path)), 'chapter', access)
 
 
 def test_what_a_lesson_changes_is_taken_back_by_its_own_page_alone(taught):
@@ -162,7 +163,7 @@ def test_a_lesson_of_another_robot_or_without_its_node_changes_nothing(taught, t
     monkeypatch.setattr(module, '_PATIENCE', 0.0)
     nodes, teaching = taught
     before = asyncio.run(nodes.present())
-    other = Teaching(tuple(teaching.lessons.values()), 'kobuki', Robot(nodes.present, nodes.change, nodes.reset))
+    other = Teaching(tuple(teaching.lessons.values()), 'kobuki', RobotAccess(nodes.present, nodes.change, nodes.reset))
     del nodes.values['position_controller'], before['position_controller']
     for asked, words in (
             (other.begin('lesson', None), 'for chapter, and the robot here is kobuki; start dashboard --robot chapter'),
