@@ -143,8 +143,7 @@ def _same_waypoints(one: str, other: str) -> bool:
     """Return whether two files have the same waypoints; an experiment stores a copy."""
     if NO_FILE in (one, other):
         return False
-    points, speeds, _ = read_waypoints_once(one)
-    return (points, speeds) == read_waypoints_once(other)[:2]
+    return read_waypoints_once(one)[:2] == read_waypoints_once(other)[:2]
 
 
 def _faults(configuration: Configuration, recorded: LoopMessages) -> Iterator[str]:

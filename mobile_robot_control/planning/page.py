@@ -6,7 +6,7 @@ from html import escape
 import numpy as np
 
 from mobile_robot_control.figures.drawing import draw
-from mobile_robot_control.figures.figure import COMMAND, VALUE, Curve, Figure, Floats, Line, Panel, plane
+from mobile_robot_control.figures.figure import COMMAND, REFERENCE, VALUE, Curve, Figure, Floats, Line, Panel, plane
 from mobile_robot_control.figures.palette import LINES, as_svg
 from mobile_robot_control.pages import page
 from mobile_robot_control.planning.planning import Plan, plan_of
@@ -51,7 +51,8 @@ def plan_figures(plan: Plan) -> list[Figure]:
                   (0, 'v', 'm/s', 'max_linear_velocity', (1.0,)),
                   (1, 'ω', 'rad/s', 'max_angular_velocity', (1.0, -1.0)))]
     motion = Figure('motion', 'Path and speed', 'Coloured by the limit that is active there.', names,
-                    (plane('path', _coloured(plan.pose[:, 0], plan.pose[:, 1], plan)), *speeds), 6.0, 11.0,
+                    (plane('path', [Curve(REFERENCE, 0, 'waypoints', Line(*plan.waypoints.T)),
+                                    *_coloured(plan.pose[:, 0], plan.pose[:, 1], plan)]), *speeds), 6.0, 11.0,
                     [['path', 'v'], ['path', 'ω']])
     torque = timing['torque_fraction'] * timing['max_wheel_torque']
     wheels = [Panel(label, label, unit, (
@@ -66,7 +67,9 @@ def plan_figures(plan: Plan) -> list[Figure]:
 
 def _pictures(plan: Plan) -> list[str]:
     """Return a plan as a sentence and its pictures, as HTML."""
-    return [f'<p>{plan.length:.3g} m in {plan.duration:.4g} s, at {len(plan.time)} points.</p>', *(
+    repeated = f'; {plan.repeated} repeated ones are left out' if plan.repeated else ''
+    return [f'<p>{plan.length:.3g} m in {plan.duration:.4g} s, at {len(plan.time)} points. The {len(plan.waypoints)} '
+            f'waypoints are within {100.0 * plan.deviation:.2g} cm of the path{repeated}.</p>', *(
         page.picture(figure.title, figure.caption, page.drawing(as_svg(draw(figure))), name=f'plan-{figure.name}')
         for figure in plan_figures(plan))]
 

@@ -1,6 +1,8 @@
 """The plan of a path: its fastest motion at every point, with the wheels' motion and the active limit."""
 
+import math
 from collections.abc import Mapping
+from itertools import pairwise
 from os import fspath
 from typing import Annotated, Any, NamedTuple
 
@@ -13,9 +15,10 @@ from mobile_robot_control.parameters.declaration import Field, flatten
 from mobile_robot_control.parameters.requests import Reader
 from mobile_robot_control.quantities import Reference
 from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.joining import Follower
 from mobile_robot_control.reference.planned_path import PlannedPath
 from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
-from mobile_robot_control.settings.nodes import Configuration, course_of
+from mobile_robot_control.settings.nodes import Configuration, course_of, path_of
 from mobile_robot_control.settings.provenance import call_text, provenance
 
 Floats = NDArray[np.float64]
@@ -52,6 +55,12 @@ class Plan(NamedTuple):
         The active limit from there to the next point; '' for none.
     duration, length : float
         [s], [m].
+    waypoints : array of float, shape (m, 2)
+        As given, repeated ones left out [m].
+    repeated : int
+        Number of those.
+    deviation : float
+        Largest distance of a waypoint from the path [m].
     limits : dict of str to float
         The parameters `timing`, by name.
     active : dict of str to float
@@ -70,6 +79,9 @@ class Plan(NamedTuple):
     limit: list[str]
     duration: float
     length: float
+    waypoints: Floats
+    repeated: int
+    deviation: float
     limits: dict[str, float]
     active: dict[str, float]
     provenance: dict[str, Any]
@@ -94,6 +106,10 @@ def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
     times[-1] = np.nextafter(times[-1], 0.0)
     references = [path.accelerated(time) for time in times.tolist()]
     robot, coulomb = cart.shared.robot, cart.friction.coulomb
+    request = path_of(cart)
+    assert request  # noqa: S101 (for mypy: it drives a path)
+    given = request.waypoints.points
+    follower = Follower([reference.pose[:2] for reference in references], 0.0)
 
     def torques(reference: Reference) -> list[float]:
         wheels = wheel_velocity(reference.velocity, robot)
@@ -106,7 +122,9 @@ def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
         np.array([reference.acceleration for reference in references]),
         np.array([wheel_velocity(reference.velocity, robot) for reference in references]),
         np.array([torques(reference) for reference in references]),
-        limit, path.period, path.length, flatten(cart.timing),
+        limit, path.period, path.length, np.array(given), request.waypoints.repeated,
+        max(follower.distance(point, math.dist(point, before)) for before, point in pairwise((given[0], *given))),
+        flatten(cart.timing),
         path.shares(), provenance(command_line, configuration))
 
 

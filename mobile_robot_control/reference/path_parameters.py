@@ -15,21 +15,26 @@ class PathParameters(NamedTuple):
     """The path of the reference cart, for the curve `path`."""
 
     file: Annotated[
-        str, Field('', 'CSV or YAML file of waypoints: x, y [m] and optionally speed [m/s]; relative to the file that '
-                       'names it; none for no path')
+        str, Field('', 'table or YAML file of waypoints: x, y [m] and optionally speed [m/s]; relative to the file '
+                       'that names it; none for no path')
     ] = NO_FILE
     closed: Annotated[bool, Field('', 'the last waypoint leads to the first one')] = False
     laps: Annotated[
         int, Field('', 'laps of a closed path, driven without a stop between them', minimum=1, maximum=1000)
     ] = 1
-    corner_tolerance: Annotated[
-        float, Field('m', 'largest distance of the path from a waypoint at which it turns: larger rounds corners '
-                          'more, and drives them faster', above=0.0)
+    tolerance: Annotated[
+        float, Field('m', 'largest distance of the path from its waypoints: larger rounds corners more, and drives '
+                          'them faster; waypoints nearer to each other than 0.2 m are smoothed within it, 0 leaves '
+                          'them as they are', minimum=0.0)
     ] = 0.05
     join_distance: Annotated[
         float, Field('m', 'largest distance from the cart to the start of a path on the topic `path`, and the length '
                           'of the joint: larger accepts more paths, and joins them more gently', above=0.0)
     ] = 0.5
+    timeout: Annotated[
+        float, Field('s', 'time after which the cart stops on a path of the topic `path` if no other one comes: larger '
+                          'waits longer for the planner; 0 means none', minimum=0.0)
+    ] = 0.0
 
 
 class Timing(NamedTuple):

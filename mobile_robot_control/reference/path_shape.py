@@ -50,6 +50,10 @@ class Span(NamedTuple):
         """Return the rest of the span, from u on."""
         return Span(*(_rest(cubic, u) for cubic in self))
 
+    def until(self, u: float) -> 'Span':
+        """Return the span up to u."""
+        return Span(*((c0, c1 * u, c2 * u * u, c3 * u * u * u) for c0, c1, c2, c3 in self))
+
 
 def _rest(c: tuple[float, ...], u: float) -> tuple[float, ...]:
     """Return the coefficients of a cubic of u + (1 - u) w by w."""
@@ -159,7 +163,7 @@ def _cubic(p: tuple[float, ...]) -> tuple[float, float, float, float]:
 
 
 Floats = NDArray[np.float64]
-MOST_POINTS = 100_000
+MOST_POINTS = 500_000
 """Most points of a grid."""
 _INTERVALS = 800
 """Intervals of a path without bends."""

@@ -3,16 +3,19 @@
 import math
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, BodyVelocity, Pose, Reference
+from mobile_robot_control.reference.path_fit import TurnsBackError, fitted, is_dense
 from mobile_robot_control.reference.path_parameters import Drive, PathRequest, Timing
 from mobile_robot_control.reference.path_shape import (
     MOST_POINTS,
     Floats,
     PathGrid,
+    Point,
     Span,
     TooSharpError,
     bend,
@@ -21,7 +24,10 @@ from mobile_robot_control.reference.path_shape import (
     spans_of,
 )
 from mobile_robot_control.reference.timing import Intervals, Profile, StuckError, fastest
+from mobile_robot_control.reference.waypoints import SAME
 
+CORNERS = 0.05
+"""[m]: distance of the path from a corner if it has no tolerance."""
 _END = 1e-9
 """A rest of a span below this share counts as none."""
 
@@ -192,12 +198,39 @@ def plan(request: PathRequest) -> PlannedPath:
         If the path has a cusp, or no motion along it keeps the limits; it names the waypoint.
 
     """
-    waypoints, path = request.waypoints, request.path
-    points = control_points(waypoints.points, path.closed, path.corner_tolerance)
-    spans = spans_of([point for point, _ in points], path.closed)
+    path, waypoints = request.path, request.waypoints
+    length = sum(math.dist(*two) for two in pairwise(waypoints.points))
+    if length < path.tolerance:
+        raise ParameterError([f'{waypoints.places[0]}: the whole path is {length:.3g} m long, less than path.tolerance '
+                              f'= {path.tolerance:g} m; are its coordinates metres?'])
+    control = control_of(request)
+    spans = spans_of([point for point, _ in control], path.closed)
     # the span after each control point, and so the number of the waypoint before it
-    numbers = [number for _, number in points][:len(spans)]
+    numbers = [number for _, number in control][:len(spans)]
     return timed(request, path.laps * spans, path.laps * numbers)
+
+
+def control_of(request: PathRequest) -> list[tuple[Point, int]]:
+    """
+    Return the control points of a path, each with the number of the waypoint whose speed limit holds from it on.
+
+    Dense waypoints are fitted. Raises ParameterError if these turn back.
+    """
+    waypoints, path = request.waypoints, request.path
+    points = waypoints.points
+    if path.closed and math.dist(points[0], points[-1]) < SAME:
+        points = points[:-1]
+    if not (path.tolerance and is_dense(points)):
+        return control_points(points, path.closed, path.tolerance or CORNERS)
+    try:
+        found = fitted(points, path.closed, path.tolerance)
+    except TurnsBackError as error:
+        x, y = points[error.number]
+        raise ParameterError([f'{waypoints.places[error.number]}: the path turns back at ({x:.3g}, {y:.3g}); leave out '
+                              'what leads back']) from None
+    ends = [number for _, number in found[1:]] + [len(points) - 1]
+    return [(point, min(range(first, end + 1), key=waypoints.speeds.__getitem__))
+            for (point, first), end in zip(found, ends, strict=True)]
 
 
 def timed(request: PathRequest, spans: Sequence[Span], numbers: Sequence[int], start: float = 0.0) -> PlannedPath:
@@ -231,8 +264,8 @@ def timed(request: PathRequest, spans: Sequence[Span], numbers: Sequence[int], s
                       key=lambda n: math.dist(waypoints.points[n], bend_at[:2]))
         raise ParameterError([
             f'{waypoints.places[nearest]}: the path turns back near this waypoint, a cusp that more than '
-            f'{MOST_POINTS} points would be needed for; move it, raise path.corner_tolerance = '
-            f'{path.corner_tolerance:g} m, or leave waypoints out']) from None
+            f'{MOST_POINTS} points would be needed for; move it, raise path.tolerance = {path.tolerance:g} '
+            f'm, or leave waypoints out']) from None
     except ImpossibleError as error:
         raise ParameterError([f'{waypoints.places[numbers[error.span]]}: no motion from here keeps the limits of '
                               f'timing ({error}); raise them']) from None

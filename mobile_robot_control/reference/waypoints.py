@@ -1,14 +1,16 @@
-"""Waypoints of a path, from a CSV or YAML file; errors name the line."""
+"""Waypoints of a path, from a table or a YAML file; nothing is guessed, and errors name the line."""
 
 import math
 import os
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
 
+from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import LARGEST
 from mobile_robot_control.system.files import FileKind, read_bounded
@@ -16,13 +18,27 @@ from mobile_robot_control.system.texts import shortened
 
 WAYPOINTS = FileKind('file of waypoints', 1 << 24)
 YAML_SUFFIXES = ('.yaml', '.yml')
-"""Suffixes of YAML files; all others are CSV."""
-MOST = 50_000
+"""Suffixes of YAML files; all others are tables."""
+MOST = 100_000
 """Most waypoints of a path."""
-_SAME = 1e-6
+SAME = 1e-6
 """[m]: nearer waypoints count as equal."""
-_NO_ENTRY = 'is no [x, y], [x, y, speed] or {x: ..., y: ..., speed: ...}; write one of these'
-_AGAIN = 'is the waypoint before it; leave it out'
+_TURN = 0.1
+"""[rad]: equal waypoints whose headings differ by more ask for a turn on the spot."""
+_MEANINGS = {
+    **dict.fromkeys(('x', 'x_m'), 'x'), **dict.fromkeys(('y', 'y_m'), 'y'),
+    **dict.fromkeys(('speed', 'velocity', 'vx_mps'), 'speed'),
+    **dict.fromkeys(('heading', 'yaw', 'theta', 'psi_rad'), 'heading'),
+    # of racing lines and recordings: they follow from the positions, or are not needed
+    **dict.fromkeys(('s', 's_m', 'kappa_radpm', 'ax_mps2', 't', 'time', 'stamp'), ''),
+}
+"""What a column or a key means; '' for nothing that is needed."""
+_GEOGRAPHIC = ('lat', 'lon', 'latitude', 'longitude')
+_REMEDY = 'write x,y; or x,y,speed with these names above the columns'
+_WRONG, _UNKNOWN = 'wrong', 'unknown'
+"""The only key of a row with a wrong number of fields, and of an entry with a key that is not understood."""
+_NO_ENTRY = 'is no [x, y], {x: ..., y: ..., speed: ...} or {position: {x: ..., y: ...}}; write one of these'
+_NAMES = 'x,y,speed'
 
 
 class Waypoints(NamedTuple):
@@ -37,23 +53,35 @@ class Waypoints(NamedTuple):
         Upper limit of the speed from each point on; inf for none [m/s].
     places : tuple of str
         Origin of each in its source, for messages.
+    repeated : int
+        Number of points that were equal to the one before, and are left out.
+    frame : str
+        Frame that the source names; '' for none.
 
     """
 
     points: tuple[tuple[float, float], ...]
     speeds: tuple[float, ...]
     places: tuple[str, ...]
+    repeated: int = 0
+    frame: str = ''
+
+
+_Row = tuple[int, Mapping[str, Any]]
+"""The line of an entry, and its texts by meaning; {} for what is no entry."""
 
 
 def read_waypoints(file: str | Path) -> Waypoints:
     """
-    Read a file of waypoints: CSV with `x,y` or `x,y,speed`, or a list of such in YAML.
+    Read a file of waypoints: a table with named columns, or a list in YAML.
 
     Parameters
     ----------
     file : path
-        A CSV file may have a header, empty lines, and comments after '#'. A YAML file, named .yaml or .yml, is a list
-        of `[x, y]`, `[x, y, speed]` or `{x: ..., y: ..., speed: ...}`, by itself or under `waypoints`.
+        A table has columns between commas, semicolons, tabs or blanks, empty lines, and comments after '#'. Its header
+        may stand in a comment; without one there are two columns, x and y. A YAML file, named .yaml or .yml, is a list
+        of `[x, y]`, `{x: ..., y: ..., speed: ...}` or poses, by itself, under `waypoints` or by names; or a
+        `nav_msgs/msg/Path`, as `ros2 topic echo` prints it.
 
     Returns
     -------
@@ -72,8 +100,12 @@ def read_waypoints(file: str | Path) -> Waypoints:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
         raise ParameterError([f'{source}: cannot be read ({reason}); name a file of waypoints']) from error
-    rows = _yaml_rows(text, source) if Path(file).suffix in YAML_SUFFIXES else _csv_rows(text)
-    return checked_waypoints([(f'{source}:{line}', row) for line, row in rows], source)
+    frame = ''
+    if Path(file).suffix in YAML_SUFFIXES:
+        rows, frame = _yaml_rows(text, source)
+    else:
+        rows = list(_table_rows(text, source))
+    return checked_waypoints([(f'{source}:{line}', row) for line, row in rows], source)._replace(frame=frame)
 
 
 def read_waypoints_once(file: str) -> Waypoints:
@@ -90,17 +122,55 @@ def _read_version(file: str, _changed: int, _size: int) -> Waypoints:
     return read_waypoints(file)
 
 
-def _csv_rows(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield line number and fields of each row of a CSV text, without its header."""
+def _fields(line: str) -> list[str]:
+    """Return the fields of a line of a table."""
+    parts = re.split(r'[,;]' if re.search('[,;]', line) else r'\t' if '\t' in line.strip() else r'\s+', line.strip())
+    return [part.strip() for part in parts]
+
+
+def _names(fields: Sequence[str]) -> list[str]:
+    """Return the names of columns, without their units."""
+    return [re.sub(r'\s*[(\[].*', '', field).strip().lower() for field in fields]
+
+
+def _table_rows(text: str, source: str) -> Iterator[_Row]:
+    """Yield line number and texts of each row of a table."""
+    meanings: list[str] = []
     begun = False
     for number, line in enumerate(text.splitlines(), start=1):
-        fields = [field.strip() for field in line.partition('#')[0].replace(';', ',').split(',')]
+        content, _, comment = line.partition('#')
+        fields = _fields(content)
         if not any(fields):
+            names = _names(_fields(comment))
+            if not begun and ({'x', 'y'} <= {_MEANINGS.get(name) for name in names} or {*names} & {*_GEOGRAPHIC}):
+                meanings = _understood(names, f'{source}:{number}')
             continue
-        header = not begun and any(field and not _is_number(field) for field in fields)
+        header = not begun and not any(map(_is_number, fields))
         begun = True
-        if not header:
-            yield number, fields
+        if header:
+            meanings = _understood(_names(fields), f'{source}:{number}')
+            continue
+        columns = meanings or ['x', 'y']
+        row = {name: field for name, field in zip(columns, fields, strict=False) if name}
+        yield number, row if {'x', 'y'} <= {*row} and not any(fields[len(columns):]) else {_WRONG: ','.join(fields)}
+
+
+def _understood(names: Sequence[str], place: str) -> list[str]:
+    """Return the meanings of named columns."""
+    if {*names} & {*_GEOGRAPHIC}:
+        raise ParameterError([f'{place}: {",".join(names)} are geographic coordinates; convert them to x,y in metres, '
+                              'in the odometry frame'])
+    unknown = [name for name in names if name not in _MEANINGS]
+    if unknown:
+        raise ParameterError([f"{place}: the column '{shortened(unknown[0], 40)}' is not understood; leave it out, or "
+                              f'name it {_NAMES} or heading'])
+    meanings = [_MEANINGS[name] for name in names]
+    for meaning in ('x', 'y'):
+        count = meanings.count(meaning)
+        if count != 1:
+            told = f'{count} columns are' if count else 'no column is'
+            raise ParameterError([f'{place}: {told} named {meaning}; {_REMEDY}'])
+    return meanings
 
 
 def _is_number(text: str) -> bool:
@@ -111,41 +181,78 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _yaml_rows(text: str, source: str) -> list[tuple[int, list[Any]]]:
-    """Return line number and fields of each entry of a YAML text."""
+def _yaml_rows(text: str, source: str) -> tuple[list[_Row], str]:
+    """Return line number and texts of each entry of a YAML text, and the frame that it names."""
     try:
-        tree = yaml.compose(text, yaml.SafeLoader)
+        trees = [tree for tree in yaml.compose_all(text, yaml.SafeLoader) if not _is_empty(tree)]
     except (yaml.YAMLError, RecursionError) as error:
         mark = getattr(error, 'problem_mark', None)
         at = f':{mark.line + 1}' if mark else ''
         raise ParameterError([f'{source}{at}: is no YAML ({getattr(error, "problem", None) or "nested too deep"}); '
                               'write a list of [x, y]']) from None
+    if len(trees) > 1:
+        raise ParameterError([f'{source}:{trees[1].start_mark.line + 1}: holds {len(trees)} paths; keep one of them'])
+    tree: Any = trees[0] if trees else None
+    frame = ''
     if isinstance(tree, yaml.MappingNode):
-        tree = next((value for key, value in tree.value if getattr(key, 'value', '') == 'waypoints'), None)
+        parts = _parts(tree)
+        header = parts.get('header')
+        frame = _parts(header)['frame_id'].value if header is not None and 'frame_id' in _parts(header) else ''
+        if 'waypoints' in parts or 'poses' in parts:
+            tree = parts.get('waypoints', parts.get('poses'))
+        elif all(isinstance(part, yaml.MappingNode) for part in parts.values()):
+            return [(part.start_mark.line + 1, _entry(part)) for part in parts.values()], frame
     if not isinstance(tree, yaml.SequenceNode):
         raise ParameterError([f"{source}: holds no list of waypoints; write '- [x, y]' lines, or these under "
                               "'waypoints:'"])
-    return [(entry.start_mark.line + 1, _yaml_fields(entry)) for entry in tree.value]
+    return [(entry.start_mark.line + 1, _entry(entry)) for entry in tree.value], frame
 
 
-def _yaml_fields(entry: Any) -> list[Any]:
-    if isinstance(entry, yaml.SequenceNode):
-        return [getattr(field, 'value', '') for field in entry.value]
-    if isinstance(entry, yaml.MappingNode):
-        by_name = {getattr(key, 'value', ''): getattr(value, 'value', '') for key, value in entry.value}
-        if set(by_name) <= {'x', 'y', 'speed'} and {'x', 'y'} <= set(by_name):
-            return [by_name[name] for name in ('x', 'y', 'speed') if name in by_name]
-    return []
+def _is_empty(tree: Any) -> bool:
+    return tree is None or (isinstance(tree, yaml.ScalarNode) and tree.value in ('', 'null', '~'))
 
 
-def checked_waypoints(rows: Sequence[tuple[str, Sequence[Any]]], source: str) -> Waypoints:
+def _parts(node: Any) -> dict[str, Any]:
+    """Return the parts of a mapping by their names."""
+    return {getattr(key, 'value', ''): value for key, value in getattr(node, 'value', ())} if isinstance(
+        node, yaml.MappingNode) else {}
+
+
+def _entry(node: Any) -> dict[str, Any]:
+    """Return the texts of an entry by meaning; {} for what is none."""
+    if isinstance(node, yaml.SequenceNode):
+        fields = [getattr(field, 'value', '') for field in node.value]
+        return dict(zip(('x', 'y'), fields, strict=True)) if len(fields) == 2 else {_WRONG: ','.join(map(str, fields))}
+    parts = _parts(node)
+    if 'pose' in parts:
+        return _entry(parts['pose'])
+    found: dict[str, Any] = {}
+    if 'position' in parts:
+        position = parts.pop('position')
+        axes = ([*_parts(position).items()] if isinstance(position, yaml.MappingNode) else
+                [*zip('xyz', getattr(position, 'value', ()), strict=False)])
+        found |= {name: getattr(value, 'value', '') for name, value in axes if name in ('x', 'y')}
+        turn = [getattr(_parts(parts.pop('orientation', None)).get(name), 'value', '') for name in 'xyzw']
+        if all(map(_is_number, turn)):
+            x, y, z, w = map(float, turn)
+            found['heading'] = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+        parts.pop('header', None)
+    for name, value in parts.items():
+        if name not in _MEANINGS:
+            return {_UNKNOWN: name}
+        found[_MEANINGS[name]] = getattr(value, 'value', '')
+    return found if {'x', 'y'} <= {*found} else {}
+
+
+def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any]]], source: str) -> Waypoints:
     """
-    Convert rows of two or three fields to waypoints.
+    Convert rows to waypoints.
 
     Parameters
     ----------
-    rows : sequence of (str, sequence)
-        Origin of each, and its fields.
+    rows : sequence of (str, mapping or sequence)
+        Origin of each, and its x, y [m], speed [m/s] and heading [rad] by name, of which the last two may be absent;
+        or in this order.
     source : str
         The common source.
 
@@ -159,20 +266,24 @@ def checked_waypoints(rows: Sequence[tuple[str, Sequence[Any]]], source: str) ->
     points: list[tuple[float, float]] = []
     speeds: list[float] = []
     places: list[str] = []
+    heading, repeated = math.nan, 0
     for place, row in rows:
-        if not row:
-            violations.setdefault(_NO_ENTRY, []).append(f'{place}: {_NO_ENTRY}')
-            continue
-        fields = list(row[:2]) + [field for field in row[2:] if field != '']
+        fields = row if isinstance(row, Mapping) else dict(zip(('x', 'y', 'speed'), row, strict=False))
         wrong = _row_violation(fields)
         if wrong:
             violations.setdefault(wrong.rule, []).append(f'{place}: {wrong.told}{wrong.rule}')
             continue
-        x, y, *limit = map(float, fields)
-        if points and math.hypot(x - points[-1][0], y - points[-1][1]) < _SAME:
-            violations.setdefault(_AGAIN, []).append(f'{place}: ({x:g}, {y:g}) {_AGAIN}')
+        x, y = float(fields['x']), float(fields['y'])
+        limit, before, heading = fields.get('speed', ''), heading, _heading(fields)
+        if points and math.hypot(x - points[-1][0], y - points[-1][1]) < SAME:
+            if abs(wrap_angle(heading - before)) > _TURN:
+                violations.setdefault(_SPOT, []).append(f'{place}: ({x:g}, {y:g}){_SPOT}')
+            repeated += 1
+            if limit != '':
+                speeds[-1] = float(limit)
+            continue
         points.append((x, y))
-        speeds.append(limit[0] if limit else speeds[-1] if speeds else math.inf)
+        speeds.append(float(limit) if limit != '' else speeds[-1] if speeds else math.inf)
         places.append(place)
     if not violations and len(points) < 2:
         raise ParameterError([f'{source}: has {len(points)} waypoint{"" if len(points) == 1 else "s"}; a path needs '
@@ -183,7 +294,16 @@ def checked_waypoints(rows: Sequence[tuple[str, Sequence[Any]]], source: str) ->
     if violations:
         raise ParameterError(first + (f' (and {len(others)} more of this kind)' if others else '')
                              for first, *others in list(violations.values())[:10])
-    return Waypoints(tuple(points), tuple(speeds), tuple(places))
+    return Waypoints(tuple(points), tuple(speeds), tuple(places), repeated)
+
+
+_SPOT = ' turns on the spot, which no path does; leave it out'
+
+
+def _heading(fields: Mapping[str, Any]) -> float:
+    """Return the heading of a row [rad]; NaN without one."""
+    heading = fields.get('heading', '')
+    return float(heading) if heading != '' else math.nan
 
 
 class _Violation(NamedTuple):
@@ -193,19 +313,28 @@ class _Violation(NamedTuple):
     rule: str
 
 
-def _row_violation(fields: Sequence[Any]) -> _Violation | None:
+def _row_violation(fields: Mapping[str, Any]) -> _Violation | None:
     """Describe the fault in the fields of a waypoint."""
-    told = ','.join(shortened(str(field), 20) for field in fields)
-    if len(fields) not in (2, 3):
-        return _Violation(f"'{shortened(told, 60)}'", f' has {len(fields)} fields; write x,y or x,y,speed')
+    if not fields:
+        return _Violation('', _NO_ENTRY)
+    if _WRONG in fields:
+        row = str(fields[_WRONG])
+        return _Violation(f"'{shortened(row, 60)}'", f' has {row.count(",") + 1} fields; {_REMEDY}')
+    if _UNKNOWN in fields:
+        return _Violation('', f"has '{shortened(str(fields[_UNKNOWN]), 40)}', which is not understood; leave it out")
+    told = ','.join(shortened(str(field), 20) for field in fields.values())
+    given = {name: fields[name] for name in ('x', 'y', 'speed', 'heading')
+             if name in fields and (name in ('x', 'y') or fields[name] != '')}
     try:
-        numbers = [float(field) for field in fields]
+        numbers = {name: float(value) for name, value in given.items()}
     except (TypeError, ValueError):
-        return _Violation(f"'{told}'", ' is no x,y or x,y,speed in numbers')
-    if not all(map(math.isfinite, numbers)):
-        return _Violation(f"'{told}'", ' is not finite; write numbers')
-    if max(map(abs, numbers[:2])) > LARGEST:
-        return _Violation(f"'{told}'", f' lies beyond {LARGEST:g} m')
-    if len(numbers) == 3 and numbers[2] <= 0.0:
-        return _Violation(f'speed = {numbers[2]:g} m/s', '; write more than 0, or leave it out')
-    return None
+        return _Violation(f"'{told}'", f' is no {",".join(given)} in numbers')
+    rule = ''
+    if not all(map(math.isfinite, numbers.values())):
+        rule = ' is not finite; write numbers'
+    elif max(abs(numbers['x']), abs(numbers['y'])) > LARGEST:
+        rule = f' lies beyond {LARGEST:g} m'
+    elif numbers.get('speed', 1.0) <= 0.0:
+        told, rule = f'speed = {numbers["speed"]:g} m/s', '; write more than 0, or leave it out'
+        return _Violation(told, rule)
+    return _Violation(f"'{told}'", rule) if rule else None

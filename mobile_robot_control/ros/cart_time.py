@@ -103,7 +103,9 @@ class CartCourse:
                                       f"curve is '{curve}'; set curve = '{PATH}', with limits of timing")
 
     def take(self, answer: 'PathAnswer', begins: int) -> None:
-        """Follow an answer that is no refusal from a time along the course [ns] on."""
+        """Follow an answer from a time along the course [ns] on."""
+        if answer.goes_on:
+            return
         self._leads_on = bool(answer.points)
         self._begin_at(answer.planned or Standing(self.reference(begins / NANOSECONDS).pose), begins)
 

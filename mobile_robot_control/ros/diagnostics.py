@@ -81,6 +81,11 @@ class Diagnostics:
     running : callable
         Returns the state of a node that steps, in a word.
 
+    Attributes
+    ----------
+    more : dict of str to object
+        Further numbers of the report by key.
+
     """
 
     def __init__(
@@ -93,6 +98,7 @@ class Diagnostics:
         self._watch, self._pace, self._override = watch, pace, override
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._refused_before = self._overruns_before = 0
+        self.more: dict[str, object] = {}
         self._ever_stepped = False
         self._stopped: list[str] = []
         self._told: list[str] = []
@@ -197,6 +203,7 @@ class Diagnostics:
             'saturation share': f'{self._saturated / self._steps:.3f}' if self._steps else '0.000',
             'refused': refused.total(), **{f'refused {reason}': count for reason, count in sorted(refused.items())},
         }
+        values |= self.more
         values |= {f'publishers of {topic}': names for topic, names in self._watch.several.items()}
         values |= {f'quality of service of {topic}': text for topic, text in self._watch.unfit.items()}
         for publisher in self._node.publishers:

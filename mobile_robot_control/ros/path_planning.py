@@ -1,5 +1,6 @@
 """The reference cart's response to a message on the topic `path`: a function of messages, for any process."""
 
+import time
 from functools import partial
 from typing import NamedTuple
 
@@ -53,36 +54,52 @@ class PathAnswer(NamedTuple):
     Attributes
     ----------
     planned : PlannedPath or None
-        None if it stands, or continues as before.
+        None if it stands.
     points : list of (float, float)
         Positions of the message [m]; none for a stop.
     refusal : tuple of str
         A reason and its detail; () without a refusal.
+    goes_on : bool
+        Whether the cart continues its present motion.
+    seconds : float
+        CPU time of the planning [s].
 
     """
 
     planned: PlannedPath | None
     points: list[Point]
     refusal: tuple[str, ...] = ()
+    goes_on: bool = False
+    seconds: float = 0.0
 
 
 def answer(question: PathQuestion) -> PathAnswer:
     """Plan the cart's next motion from a message."""
+    begun = time.process_time()
+    return _answered(question)._replace(seconds=time.process_time() - begun)
+
+
+def _answered(question: PathQuestion) -> PathAnswer:
     try:
         points = read_or_refuse(
             PATH_KIND, (partial(deserialise, PATH_KIND), partial(read_path, frame=question.frame)), question.message)
     except RefusedMessageError as refusal:
-        return PathAnswer(None, [], (refusal.reason, refusal.detail))
-    try:
-        return PathAnswer(_planned(question, points), points)
-    except ParameterError as error:
-        return PathAnswer(None, points, ('cannot be driven', '; '.join(error.violations)))
-
-
-def _planned(question: PathQuestion, points: list[Point]) -> PlannedPath | None:
+        return PathAnswer(None, [], (refusal.reason, refusal.detail), goes_on=True)
+    ahead = question.course.remaining(question.time) if question.course and question.at.velocity.linear else []
+    reason = ''
     if points:
-        waypoints = checked_waypoints([(f'pose {n}', point) for n, point in enumerate(points)], PATH_TOPIC)
-        return join(question.request._replace(waypoints=waypoints), question.at)
-    if question.course is None or not question.at.velocity.linear:
-        return None
-    return stop(question.course.remaining(question.time), question.request, question.at)
+        try:
+            waypoints = checked_waypoints([(f'pose {n}', point) for n, point in enumerate(points)], PATH_TOPIC)
+            planned = join(question.request._replace(waypoints=waypoints), question.at, ahead)
+            return PathAnswer(planned, points, goes_on=planned is None)
+        except ParameterError as error:
+            reason = '; '.join(error.violations)
+    if not ahead:
+        return PathAnswer(None, [], ('cannot be driven', reason) if reason else (), goes_on=bool(reason))
+    try:
+        # not the rest of the present path, which the planner has given up
+        return PathAnswer(stop(ahead, question.request, question.at), [],
+                          ('cannot be driven', f'the cart stops: {reason}') if reason else ())
+    except ParameterError as error:
+        return PathAnswer(None, [], ('cannot be driven', '; '.join([*filter(None, [reason]), *error.violations])),
+                          goes_on=True)

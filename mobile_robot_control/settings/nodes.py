@@ -263,7 +263,11 @@ def path_of(cart: ReferenceCartParameters) -> PathRequest | tuple[()]:
     if cart.path.file == NO_FILE:
         raise ParameterError([f"curve = '{PATH}' needs path.file, a file of waypoints: only nodes take a path from the "
                               f'topic {PATH_TOPIC}'])
-    return path_request(cart, read_waypoints_once(cart.path.file))
+    waypoints, frame = read_waypoints_once(cart.path.file), cart.shared.odom_frame_id
+    if waypoints.frame not in ('', frame):
+        raise ParameterError([f"path.file = '{cart.path.file}' is in the frame '{waypoints.frame}', and odom_frame_id "
+                              f"is '{frame}'; transform it"])
+    return path_request(cart, waypoints)
 
 
 def path_request(cart: ReferenceCartParameters, waypoints: Waypoints) -> PathRequest:

@@ -104,6 +104,32 @@ def test_pip_installs_the_package(domain, source, tmp_path):
     assert (tmp_path / 'venv' / 'share' / 'mobile_robot_control' / 'config' / 'fuzzy.yaml').is_file()
 
 
+@pytest.mark.soak
+@pytest.mark.timeout(900)
+def test_every_command_runs_with_the_oldest_supported_libraries(domain, source, tmp_path):
+    venv.create(tmp_path / 'venv', with_pip=True, symlinks=True)
+    commands = tmp_path / 'venv' / 'bin'
+    subprocess.run([commands / 'pip', 'install', '--quiet', '--constraint', ROOT / 'constraints' / 'apt-jazzy.txt',
+                    f'{source}[jazzy,dashboard,fast]'], check=True)
+    (tmp_path / 'path.csv').write_text('0,0\n2,0\n2,1\n')
+    limits = ['-p', 'reference_cart.timing.max_linear_velocity:=0.5', '-p',
+              'reference_cart.timing.max_linear_acceleration:=0.5']
+    run = ['--composed', '-p', 'plant.real_time_factor:=0.0', '--duration']
+    tune = ['tune', 'backstepping', '--seed', '1', '--generations', '2']
+    for words in (
+            ['simulate', '--duration', '2', '--output', 'run.csv'], ['experiment', *run, '70', '--output', 'run'],
+            ['report', 'run', 'run.csv', '--output', 'report'], [*tune, '--output', 'genetic.yaml'],
+            [*tune, '--algorithm', 'differential_evolution', '--output', 'evolved.yaml'],
+            ['study', '--runs', '20', '--seed', '1', '--compare', 'genetic.yaml', 'evolved.yaml', '--output', 'study'],
+            ['benchmark', '--laws', 'kanayama', '--tracks', 'on_curve', '--budgets', '25', '--scenarios', '1', '--runs',
+             '2', '--seed', '1', '--output', 'benchmark'], ['plan', 'path.csv', '--output', 'plan', *limits],
+            ['excite', '--box', '2', '2', '--max-velocity', '0.3', '--max-angular-velocity', '1.0'],
+            ['identify', 'run', '--output', 'robot.yaml', '--report', 'identified'], ['dashboard', '--version']):
+        done = subprocess.run([commands / words[0], *words[1:]], cwd=tmp_path, capture_output=True, text=True,
+                              check=False)
+        assert done.returncode == 0, (words, done.stderr)
+
+
 def _text(name):
     return (ROOT / name).read_text(encoding='utf-8')
 

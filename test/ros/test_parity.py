@@ -166,7 +166,7 @@ PATH = """
 /**/reference_cart:
   ros__parameters:
     curve: path
-    path: {file: bend.csv, corner_tolerance: 0.1}
+    path: {file: bend.csv, tolerance: 0.1}
     timing: {max_linear_velocity: 0.5, max_linear_acceleration: 1.0, max_wheel_torque: 0.4}
 """
 

@@ -181,7 +181,7 @@ class WallClockPaths(LockstepPaths):
             self._asked = _Asked(self._newest, begins, time.monotonic(), self._started().ask(
                 self._course.question(self._newest, begins)))
             self._newest = b''
-        if self._ready is None or (self._ready.begins > now and not self._ready.answer.refusal):
+        if self._ready is None or (self._ready.begins > now and not self._ready.answer.goes_on):
             return None
         due, self._ready = self._ready, None
         return due

@@ -2,7 +2,7 @@
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 from nav_msgs.msg import Path
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import serialize_message
 
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import RefusedMessageError
@@ -94,6 +95,8 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         subscribe_to_paths(self, self._receive_path)
         self._pose = Pose(0.0, 0.0, 0.0)
         self._taken: list[tuple[float, float]] | None = None
+        self._plans: Counter[str] = Counter()
+        self._heard: float | None = None  # time of the last path along the course [s]
         self._path = self.create_publisher(Path, 'reference_path', LATCHED)
         self._publish_path()
         self._start()
@@ -135,6 +138,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         is_new = self._course.is_new(self.parameters)
         self._course.begin(self.parameters, self._pose)
         self._paths.begin()
+        self._heard = None
         if is_new:
             self._publish_path()
             self._time.begin_anew()
@@ -147,13 +151,28 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self._validator.note_refusal(PATH_TOPIC, refusal)
 
     def _take_path(self, due: Due) -> None:
-        """Continue along a path, unless it is refused."""
+        """Continue along a path, or stop if it is refused."""
         answer = due.answer
         if answer.refusal:
             self._validator.note_refusal(PATH_TOPIC, RefusedMessageError(*answer.refusal), every=0.0)
+        else:
+            self._plans['unchanged' if answer.goes_on else 'taken'] += 1
+        if not answer.goes_on:
+            self._course.take(answer, due.begins)
+            self._taken = answer.points
+        self._heard = self._time.now() if answer.points else None
+        self._diagnostics.more |= {f'plans {kind}': count for kind, count in self._plans.items()}
+        self._diagnostics.more['planning time [s]'] = f'{answer.seconds:.4f}'
+
+    def _miss_path(self) -> None:
+        """Stop on a path of the topic if no other one comes for `path.timeout`."""
+        timeout, now = self.parameters.path.timeout, self._time.now()
+        if not timeout or self._heard is None or now - self._heard <= timeout:
             return
-        self._course.take(answer, due.begins)
-        self._taken = answer.points
+        self._heard = None
+        if not self._course.has_ended(round(now * NANOSECONDS)):
+            self.get_logger().warning(f'no path for path.timeout = {timeout:g} s: the cart stops')
+            self._receive_path(serialize_message(writing.path_message(self._shared.odom_frame_id, [])))
 
     def note_step(self, stamp: int) -> None:
         """Note a step, after its outputs are published, and report a path that acts from there on."""
@@ -164,7 +183,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._publish_path()
         self._events.publish(stamp, {PATH_TOPIC: points})
         if not points:
-            self.get_logger().info('an empty path: the cart stops')
+            self.get_logger().info('the cart stops on its path')
             return
         self.get_logger().info(f'takes over a path of {len(points)} poses')
         self.get_logger().info('the orientations and stamps of its poses are not used', once=True)
@@ -182,6 +201,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         due = self._paths.due(inputs.stamp)
         if due is not None:
             self._take_path(due)
+        self._miss_path()
         references = self._time.references(inputs.stamp)
         return {'reference': references[0], 'reference_horizon': references}
 

@@ -16,7 +16,7 @@ CLOSED = {'reference_cart.path.closed': True, **TIMING}
 @pytest.fixture
 def square(tmp_path):
     file = tmp_path / 'square.csv'
-    file.write_text('x,y\n0,0\n1,0\n1,1\n0,1,0.2\n')
+    file.write_text('x,y,speed\n0,0\n1,0\n1,0\n1,1\n0,1,0.2\n')
     return file
 
 
@@ -39,6 +39,8 @@ def test_table_numbers_and_page_are_those_of_the_function_and_dry_friction_is_am
     numbers = json.loads((tmp_path / 'plan' / 'plan.json').read_text())
     assert numbers['duration'] == planned.duration == float(rows[-1]['time'])
     assert numbers['active'] == planned.active
+    # in each corner
+    assert numbers['deviation'] == planned.deviation == pytest.approx(0.05, abs=1e-3)
     assert sum(planned.active.values()) == pytest.approx(1.0)
     assert numbers['limits']['max_wheel_torque'] == 0.3
     page = (tmp_path / 'plan' / 'plan.html').read_text()
@@ -46,6 +48,7 @@ def test_table_numbers_and_page_are_those_of_the_function_and_dry_friction_is_am
     # half of the motors' torque is planned with
     assert abs(planned.wheel_torque).max() == pytest.approx(0.15, rel=1e-3)
     # counter-clockwise
+    assert 'The 4 waypoints are within 5 cm of the path; 1 repeated' in page
     assert (planned.wheel_velocity[:, 0] >= planned.wheel_velocity[:, 1] - 1e-9).all()
     slower = mrc.plan(square, parameters={**CLOSED, '/**.friction.coulomb': 0.05})
     assert slower.duration > planned.duration

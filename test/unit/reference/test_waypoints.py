@@ -5,6 +5,7 @@ import math
 import pytest
 from each import each_row
 
+from mobile_robot_control import plan
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.reference.waypoints import read_waypoints
 
@@ -19,31 +20,56 @@ def _read(folder, text, name='path.csv'):
 
 @each_row(('name', 'text'), [
     ('a.csv', '0,0\n2,0\n2,1\n'), ('b.csv', 'x,y\n0,0\n2,0\n2,1\n'),
-    ('c.csv', '# mine\n\nx, y, speed\n0, 0,\n2,0,\n2;1 # end\n'),
+    ('c.csv', '# mine\n\nx [m], y [m], speed\n0, 0,\n2,0,\n2;1 # end\n'),
     ('d.txt', '\ufeff0.0,0e0\r\n2,0\r\n2,1'), ('e.yaml', '- [0, 0]\n- [2, 0]\n- {x: 2, y: 1.0}\n'),
-    ('f.yml', 'waypoints:\n  - [0, 0]\n  - [2.0, 0]\n  - [2, 1]\n'),
+    ('f.yml', 'waypoints:\n  - [0, 0]\n  - [2.0, 0]\n  - [2, 1]\n'), ('g.csv', 'y,x\n0,0\n0,2\n1,2\n'),
+    ('h.csv', '# s_m; x_m; y_m; psi_rad\n0; 0; 0; 0.1\n2; 2; 0; 0\n3; 2; 1; 0\n'),
+    ('i.tsv', 'x\ty\n0\t0\n2\t0\n2\t1\n'), ('j.txt', '0 0\n 2  0\n2 1\n'),
+    ('k.yaml', 'a: {x: 0, y: 0, yaw: 1}\nb: {x: 2, y: 0, yaw: 1}\nc: {x: 2, y: 1, yaw: 1}\n'),
+    ('l.yaml', 'waypoints:\n- pose: {position: {x: 0, y: 0, z: 0}, orientation: {x: 0, y: 0, z: 0, w: 1}}\n'
+               '- position: [2, 0, 0]\n- {position: {x: 2, y: 1}}\n'),
+    ('m.yaml', 'header: {stamp: {sec: 1, nanosec: 0}, frame_id: ""}\nposes:\n'
+               + ''.join(f'- header: {{frame_id: ""}}\n  pose: {{position: {{x: {x}, y: {y}, z: 0.0}}}}\n'
+                         for x, y in ((0, 0), (2, 0), (2, 1))) + '---\n'),
 ])
-def test_a_file_is_read_with_and_without_header_and_comments(tmp_path, name, text):
+def test_a_file_is_read_by_the_names_of_its_columns(tmp_path, name, text):
     found = _read(tmp_path, text, name)
     assert found.points == SQUARE
     assert found.speeds == (math.inf,) * 3
 
 
-def test_a_speed_holds_until_another_one(tmp_path):
-    assert _read(tmp_path, '0,0\n1,0,0.3\n2,0\n3,0,0.5\n').speeds == (math.inf, 0.3, 0.3, 0.5)
+def test_a_speed_holds_until_another_one_and_repeated_points_are_counted(tmp_path):
+    assert _read(tmp_path, 'x,y,vx_mps\n0,0\n1,0,0.3\n2,0\n3,0,0.5\n').speeds == (math.inf, 0.3, 0.3, 0.5)
+    repeated = _read(tmp_path, 'x,y,heading\n0,0,0\n0,0,0\n1,0,0\n1,0,0.05\n1,0,0\n2,0,0\n')
+    assert (repeated.points, repeated.repeated) == (((0.0, 0.0), (1.0, 0.0), (2.0, 0.0)), 3)
+
+
+def test_a_frame_that_a_file_names_must_be_that_of_odometry(tmp_path):
+    (tmp_path / 'p.yaml').write_text('header: {frame_id: map}\nposes: [{pose: {position: {x: 0, y: 0}}}, '
+                                     '{pose: {position: {x: 1, y: 0}}}]\n')
+    with pytest.raises(ParameterError, match="is in the frame 'map', and odom_frame_id is 'odom'"):
+        plan(tmp_path / 'p.yaml', parameters={'reference_cart.timing.max_linear_velocity': 0.5,
+                                              'reference_cart.timing.max_linear_acceleration': 0.5})
 
 
 @each_row(('name', 'text', 'words'), [
     ('a.csv', '0,0\n', 'a.csv: has 1 waypoint; a path needs two or more'),
     ('b.csv', '', 'b.csv: has 0 waypoints'),
-    ('c.csv', 'x,y\n0,0\n1,0\n1,0\n', 'c.csv:4: (1, 0) is the waypoint before it; leave it out'),
+    ('c.csv', 'x,y,yaw\n0,0,0\n1,0,0\n1,0,1\n', 'c.csv:4: (1, 0) turns on the spot'),
     ('d.csv', '0,0\nnan,1\n', "d.csv:2: 'nan,1' is not finite; write numbers"),
-    ('e.csv', '0,0\n1,one\n', "e.csv:2: '1,one' is no x,y or x,y,speed in numbers"),
-    ('f.csv', '0,0\n1\n', "f.csv:2: '1' has 1 fields; write x,y or x,y,speed"),
-    ('g.csv', '0,0\n1,2,3,4\n', 'g.csv:2: '), ('h.csv', '0,0\n1,0,0\n', 'h.csv:2: speed = 0 m/s; write more than 0'),
+    ('e.csv', '0,0\n1,one\n', "e.csv:2: '1,one' is no x,y in numbers"),
+    ('f.csv', '0,0\n1\n', "f.csv:2: '1' has 1 fields; write x,y"),
+    ('g.csv', '0,0,1\n1,2,3\n', "g.csv:1: '0,0,1' has 3 fields; write x,y; or x,y,speed with these names above"),
+    ('h.csv', 'x,y,speed\n0,0\n1,0,0\n', 'h.csv:3: speed = 0 m/s; write more than 0'),
     ('i.csv', '0,0\n1e15,0\n', 'i.csv:2: '), ('j.yaml', 'a: [', 'j.yaml:1: is no YAML'),
     ('k.yaml', 'points: 3\n', 'k.yaml: holds no list of waypoints'), ('l.yaml', '- [0, 0]\n- 3\n', 'l.yaml:2: '),
-    ('m.yaml', '- [0, 0]\n- {x: 1, z: 2}\n', 'm.yaml:2: '),
+    ('m.yaml', '- [0, 0]\n- {x: 1, z: 2}\n', "m.yaml:2: has 'z', which is not understood"),
+    ('n.csv', 'x,y,z\n0,0,1\n', "n.csv:1: the column 'z' is not understood"),
+    ('o.csv', 'lat,lon\n52,4\n', 'o.csv:1: lat,lon are geographic coordinates'),
+    ('p.csv', 'x,speed\n0,0\n', 'p.csv:1: no column is named y'),
+    ('q.csv', 'x,y,x\n0,0\n', 'q.csv:1: 2 columns are named x'),
+    ('r.yaml', '- [0, 0]\n- [1, 2, 3]\n', "r.yaml:2: '1,2,3' has 3 fields"),
+    ('s.yaml', '- [0, 0]\n- [1, 0]\n---\n- [0, 0]\n', 's.yaml:4: holds 2 paths; keep one'),
 ])
 def test_what_is_no_path_is_refused_by_file_and_line(tmp_path, name, text, words):
     with pytest.raises(ParameterError) as refusal:
@@ -52,11 +78,10 @@ def test_what_is_no_path_is_refused_by_file_and_line(tmp_path, name, text, words
 
 
 @each_row(('name', 'rows', 'first', 'more'), [
-    ('a.csv', [f'{n},0,1,2,{n}' for n in range(30)], "a.csv:1: '0,0,1,2,0' has 5 fields; write x,y or x,y,speed", 29),
+    ('a.csv', [f'{n},0,1,2,{n}' for n in range(30)], "a.csv:1: '0,0,1,2,0' has 5 fields; write x,y", 29),
     ('b.csv', [*(f'{n},0' for n in range(20)), *(f'{n},w{n}' for n in range(12))], "b.csv:21: '0,w0' is no x,y", 11),
-    ('c.csv', [f'{n // 2},0' for n in range(40)], 'c.csv:2: (0, 0) is the waypoint before it', 19),
-    ('d.csv', [f'{n},0,-{n + 1}' for n in range(30)], 'd.csv:1: speed = -1 m/s; write more than 0', 29),
-    ('e.yaml', [f'- {{a: {n}}}' for n in range(30)], 'e.yaml:1: is no [x, y], [x, y, speed] or {x: ..., y: ', 29),
+    ('d.csv', ['x,y,speed', *(f'{n},0,-{n + 1}' for n in range(30))], 'd.csv:2: speed = -1 m/s; write more than 0', 29),
+    ('e.yaml', [f'- {{x: {n}}}' for n in range(30)], 'e.yaml:1: is no [x, y], {x: ..., y: ', 29),
 ])
 def test_a_fault_of_many_rows_is_told_once(tmp_path, name, rows, first, more):
     with pytest.raises(ParameterError) as refusal:
