@@ -276,7 +276,12 @@ class Actions:
         def number() -> int:
             return self._link.run.number
 
-        before = await self._ask(number)
+        def count_hidden_run() -> None:
+            if sampler.run == counted and sampler.matched > matched:
+                sampler.count_run()
+
+        sampler = self._link.loop.sampler
+        before, counted, matched = await self._ask(lambda: (number(), sampler.run, sampler.matched))
         begun = await self._reset({} if pose is None else {'pose': list(pose)})
         if not begun.good:
             raise RefusedRequestError(begun.text)
@@ -284,6 +289,7 @@ class Actions:
             found: int = await self._ask(number)
             if found > before:
                 return found
+            await self._ask(count_hidden_run)
             await asyncio.sleep(_LOOK)
         raise RefusedRequestError('no new run began; is the plant running?')
 

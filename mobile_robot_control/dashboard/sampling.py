@@ -57,6 +57,10 @@ class Sampler:
     ----------
     refused : Counter
         Unreadable messages by topic and reason.
+    run : int
+        Number of the present run.
+    matched : int
+        Resets that were taken for the cause of a fall of the stamps.
 
     """
 
@@ -65,7 +69,8 @@ class Sampler:
         self._values: dict[str, float] = dict.fromkeys(COLUMNS, math.nan)
         self._recent: dict[str, dict[int, tuple[str, bytes]]] = {}
         self._came: dict[str, float] = {}
-        self._run, self._newest, self._origin = 0, -1, 0
+        self.run, self.matched = 0, 0
+        self._newest, self._origin = -1, 0
         self._resets, self._falls, self._fell = 0, 0, 0.0
         self._stamp, self._agree = -1, False
         self._ages: deque[tuple[float, int]] = deque(maxlen=41)
@@ -99,7 +104,7 @@ class Sampler:
 
     def _begin_run(self, stamp: int) -> None:
         """Begin a row at the first odometry of a run; later stamps on other topics are of the previous run."""
-        self._run += 1
+        self.run += 1
         if self._newest >= 0:
             self._falls, self._fell = self._falls + 1, time.monotonic()
         self._stamp, self._agree, self._origin = -1, False, stamp if stamp > _WALL else 0
@@ -113,13 +118,18 @@ class Sampler:
         """Note a reset. Stamps do not fall if a fast new run has already passed the previous one at the next sample."""
         self._resets += 1
 
+    def count_run(self) -> None:
+        """Count a run whose reset was taken for the cause of an earlier fall, that of a plant started again."""
+        self.run += 1
+
     def _match_resets(self) -> None:
         """Begin a run for each reset without a fall of the stamps; odometry of the new run has arrived."""
         if time.monotonic() - self._fell > _STALE:
             self._falls = 0  # the plant was restarted
         unseen = max(0, self._resets - self._falls)
-        self._run += unseen
+        self.run += unseen
         self._falls -= self._resets - unseen
+        self.matched += self._resets - unseen
         self._resets = 0
 
     def fill(self) -> None:
@@ -161,7 +171,7 @@ class Sampler:
         now = time.monotonic()
         self._ages.append((now, self._stamp))
         passed = now - self._ages[0][0]
-        self._values['run'] = float(self._run)
+        self._values['run'] = float(self.run)
         self._values['time'] = (self._stamp - self._origin) / 1e9 if self._stamp >= 0 else math.nan
         self._values['speed'] = (self._stamp - self._ages[0][1]) / 1e9 / passed if passed > 0.2 else math.nan
         self._values['lyapunov'] = lyapunov

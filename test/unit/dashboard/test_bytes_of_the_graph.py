@@ -75,6 +75,19 @@ def test_a_reset_begins_one_new_run_whether_stamps_fall_or_not():
     assert _columns(sampler, 'run') == [4.0]
 
 
+def test_a_reset_right_after_a_restart_of_the_plant_can_be_told_from_it():
+    sampler = _taken(Sampler(), odom=[_odometry(10_000_000)])
+    _taken(sampler, odom=[_odometry(0)])
+    counted = sampler.run, sampler.matched
+    # of the run that the restart began, no more was seen
+    sampler.note_reset()
+    _taken(sampler, odom=[_odometry(0)])
+    assert counted == (2, 0)
+    assert (sampler.run, sampler.matched) == (2, 1)
+    sampler.count_run()
+    assert _columns(sampler, 'run', 'time') == [3.0, 0.0]
+
+
 def test_a_stamp_that_falls_begins_a_new_run_whose_row_has_nothing_of_the_run_before():
     late = 5_000_000_000
     sampler = _taken(Sampler(), odom=[_odometry(late)], tracking_error=[_error(late, 0.4)],
