@@ -14,6 +14,7 @@ from mobile_robot_control.parameters.requests import Option, assemble, options_o
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.system.files import explain, is_disk_full
 from mobile_robot_control.system.process import discard_output, flush_output, prepare_streams
+from mobile_robot_control.system.supervisor import leave_dds
 from mobile_robot_control.system.texts import printable
 from mobile_robot_control.version import __version__
 
@@ -216,3 +217,11 @@ def make_main(
             return 1
 
     return main
+
+
+def make_dds_main(
+    make_parser: Callable[[], argparse.ArgumentParser], run: Callable[[argparse.Namespace], int]
+) -> Callable[..., int]:
+    """Make the entry point of a command with nodes, which also ends where to leave DDS hangs."""
+    main = make_main(make_parser, run)
+    return lambda arguments=None: leave_dds(main(arguments))

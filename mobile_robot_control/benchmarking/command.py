@@ -19,17 +19,15 @@ Exit codes of --verify: 0 all repeated runs agree within 1e-9, 1 one differs.
 import argparse
 import sys
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.benchmarking.benchmark import benchmarked, write_benchmark
 from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, Done, summary_lines
-from mobile_robot_control.cli import make_main, make_parser, request_of
+from mobile_robot_control.cli import make_dds_main, make_parser, request_of
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.system.process import Interrupt
 from mobile_robot_control.system.progress import tqdm
-from mobile_robot_control.system.supervisor import leave_dds
 from mobile_robot_control.system.texts import printable
 
 CELLS = 'cells'
@@ -108,13 +106,7 @@ def _verify(request: BenchmarkRequest, files: BenchmarkFiles) -> int:
     return 1 if differing else 0
 
 
-_main = make_main(parser, _run)
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return its exit code, also where to leave DDS hangs."""
-    return leave_dds(int(_main(arguments)))
-
+main = make_dds_main(parser, _run)
 
 if __name__ == '__main__':
     sys.exit(main())

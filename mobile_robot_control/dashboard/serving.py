@@ -22,12 +22,11 @@ import secrets
 import socket
 import sys
 import time
-from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.cli import make_main, make_parser, request_of
+from mobile_robot_control.cli import make_dds_main, make_parser, request_of
 from mobile_robot_control.dashboard.lesson_files import read_lessons
 from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.parameters.declaration import Field, ParameterError
@@ -36,7 +35,7 @@ from mobile_robot_control.ros.process import Stop, check_environment
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.files import read_namespace
 from mobile_robot_control.system.files import encodable_path
-from mobile_robot_control.system.supervisor import Supervisor, leave_dds
+from mobile_robot_control.system.supervisor import Supervisor
 from mobile_robot_control.system.texts import printable
 
 _SETTLE = 3.2
@@ -180,13 +179,7 @@ def _run(options: argparse.Namespace) -> int:
     return 0
 
 
-_main = make_main(parser, _run)
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return its exit code, also where to leave DDS hangs."""
-    return leave_dds(int(_main(arguments)))
-
+main = make_dds_main(parser, _run)
 
 if __name__ == '__main__':
     sys.exit(main())

@@ -36,16 +36,14 @@ A refused experiment, such as one beside another robot on the same topics, leave
 import argparse
 import json
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.cli import make_main, make_parser, request_of
+from mobile_robot_control.cli import make_dds_main, make_parser, request_of
 from mobile_robot_control.experiment.experiment import ExperimentRequest, Experiments, Performed
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.ros.process import Stop
 from mobile_robot_control.runs.words import run_sentence
-from mobile_robot_control.system.supervisor import leave_dds
 from mobile_robot_control.system.texts import printable
 
 
@@ -88,13 +86,7 @@ def _sentence(performed: Performed) -> str:
     return run_sentence(performed.metrics, performed.parameters, not performed.parameters.plant.shared.lockstep)
 
 
-_main = make_main(parser, _run)
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return its exit code, also where to leave DDS hangs, as it may where many processes end."""
-    return leave_dds(int(_main(arguments)))
-
+main = make_dds_main(parser, _run)
 
 if __name__ == '__main__':
     sys.exit(main())

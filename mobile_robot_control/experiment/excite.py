@@ -22,14 +22,12 @@ Exit codes:
 
 import argparse
 import sys
-from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.cli import make_main, make_parser, request_of
+from mobile_robot_control.cli import make_dds_main, make_parser, request_of
 from mobile_robot_control.experiment.excitation import ExcitationRequest, area_of
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.ros.process import Stop, check_environment
-from mobile_robot_control.system.supervisor import leave_dds
 from mobile_robot_control.system.texts import printable
 
 
@@ -70,13 +68,7 @@ def _run(options: argparse.Namespace) -> int:
     return 1 if done.fault else 0
 
 
-_main = make_main(parser, _run)
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return its exit code, also where to leave DDS hangs."""
-    return leave_dds(int(_main(arguments)))
-
+main = make_dds_main(parser, _run)
 
 if __name__ == '__main__':
     sys.exit(main())
