@@ -15,8 +15,8 @@ from mobile_robot_control.parameters.declaration import Field, flatten
 from mobile_robot_control.parameters.requests import Reader
 from mobile_robot_control.quantities import Reference
 from mobile_robot_control.reference.curves import PATH
-from mobile_robot_control.reference.joining import Follower
 from mobile_robot_control.reference.planned_path import PlannedPath
+from mobile_robot_control.reference.polyline import Follower
 from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
 from mobile_robot_control.settings.nodes import Configuration, course_of, path_of
 from mobile_robot_control.settings.provenance import call_text, provenance

@@ -6,8 +6,8 @@ reference; it leads to the new path some way ahead.
 """
 
 import math
-from bisect import bisect_left, bisect_right
-from collections.abc import Callable, Iterator, Sequence
+from bisect import bisect_left
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from itertools import accumulate, pairwise, product
 from typing import NamedTuple
@@ -16,17 +16,18 @@ import numpy as np
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Pose, Reference
-from mobile_robot_control.reference.path_fit import is_dense
 from mobile_robot_control.reference.path_parameters import PathRequest, Timing
 from mobile_robot_control.reference.path_shape import Point, Span, bend, control_points, lay_grid, spans_of, spline
 from mobile_robot_control.reference.planned_path import (
-    CORNERS,
     ImpossibleError,
     PlannedPath,
     control_of,
+    is_fitted,
     plan_grid,
+    points_of,
     timed,
 )
+from mobile_robot_control.reference.polyline import Follower, nearest, point_after
 
 _LENGTHS = (1.0, 2.0)
 """Lengths of the joint, in units of path.join_distance; the first feasible one is used."""
@@ -34,8 +35,6 @@ _FROM_REST = (0.3, 0.6, *_LENGTHS)
 """Those of a cart that stands, which may bend more."""
 _PARTS, _STEP = 4, 0.05
 """Segments of a polyline for each span of a fitted path; and their length along the present one [m]."""
-_WINDOW = 0.5
-"""[m] ahead on a path in which the nearest point is sought."""
 _SAME_WAY = 1.02
 """Distance from a new path up to which the present one counts as the same, in tolerances: corners use up one."""
 _SAME_END = 1e-3
@@ -66,18 +65,18 @@ class _Route(NamedTuple):
 
 def _route(request: PathRequest) -> _Route:
     """Return the route of a request; a closed one is driven from its first waypoint."""
-    path, waypoints = request.path, request.waypoints.points
-    if path.tolerance and is_dense(waypoints):
+    path, points = request.path, points_of(request)
+    if is_fitted(request):
         return _fitted_route(request)
-    points, numbers = list(waypoints), list(range(len(waypoints)))
+    numbers = list(range(len(points)))
     if path.closed:
         points, numbers = path.laps * points + points[:1], path.laps * numbers + [0]
 
     def after(length: float) -> list[tuple[Point, int]]:
-        first, rest = _from(points, length)
+        first, rest = point_after(points, length)
         if rest == len(points):
             return [(first, numbers[rest - 1])]
-        control = control_points([first, *points[rest:]], False, path.tolerance or CORNERS)
+        control = control_points([first, *points[rest:]], False, path.rounding)
         return [(point, numbers[max(0, number + rest - 1)]) for point, number in control]
 
     return _Route(points, numbers, after)
@@ -96,7 +95,9 @@ def _fitted_route(request: PathRequest) -> _Route:
     return _Route(way, [control[n // _PARTS][1] for n in range(len(way))], after)
 
 
-def join(request: PathRequest, before: Reference, ahead: Sequence[Span] = ()) -> PlannedPath | None:
+def join(
+    request: PathRequest, before: Reference, ahead: Sequence[Span] = (), anew: bool = False
+) -> PlannedPath | None:
     """
     Plan a path that continues a reference.
 
@@ -108,11 +109,14 @@ def join(request: PathRequest, before: Reference, ahead: Sequence[Span] = ()) ->
         Pose and motion of the cart.
     ahead : sequence of Span
         The present path, from the cart on; () if it stands. The new motion leaves it where the new path does.
+    anew : bool
+        Whether the present motion keeps other limits than those of the request.
 
     Returns
     -------
     PlannedPath or None
-        None if the path leads where the present one does, or ends where the cart stands: the cart goes on.
+        None if the path leads where the present one does, or ends where the cart stands: the cart goes on. Not with
+        `anew`.
 
     Raises
     ------
@@ -121,19 +125,22 @@ def join(request: PathRequest, before: Reference, ahead: Sequence[Span] = ()) ->
 
     """
     route, most = _route(request), request.path.join_distance
-    begin, away = _nearest(route.way, before.pose[:2], most)
+    begin, away = nearest(route.way, before.pose[:2], most)
     if away > most:
         x, y = before.pose[:2]
         raise ParameterError([
             f'the path begins {away:.3g} m from the cart, and path.join_distance is {most:g} m; begin it near the '
             f'cart, at ({x:.3g}, {y:.3g}), or raise that'])
-    if not ahead and math.dist(before.pose[:2], route.way[-1]) < _SAME_END:
-        return None
-    parting = _parting(ahead, route.way, begin, _SAME_WAY * (request.path.tolerance or CORNERS))
-    if parting is None:
+    beside, near = _beside(ahead, route, begin), _SAME_WAY * request.path.rounding
+    parting = next((one.travelled - near - _STEP for one in beside if one.away > near), None)
+    end = ahead[-1].at(1.0)[:2] if ahead else before.pose[:2]
+    if parting is None and math.dist(end, route.way[-1]) < _SAME_END and not (anew and ahead):
         return None
     curvature = before.velocity.angular / before.velocity.linear if before.velocity.linear else 0.0
-    places = [_Place([], [], before.pose, curvature, begin), *_places(ahead, route, begin, parting - most)]
+    places = [_Place([], [], before.pose, curvature, begin)]
+    leaves = (beside[-1].travelled if beside else 0.0) if parting is None else parting
+    if leaves > most:
+        places.append(_place(ahead, beside, leaves - most))
     refusal = ParameterError([])
     # as late as the limits allow
     for place, length, slack in product(reversed(places), _LENGTHS if before.velocity.linear else _FROM_REST, _SLACK):
@@ -174,96 +181,55 @@ class _Place(NamedTuple):
     length: float
 
 
-def _along(spans: Sequence[Span]) -> Iterator[tuple[int, float, Point]]:
-    """Yield points of spans, some centimetres apart: the span, the place in it, and the point."""
-    for n, span in enumerate(spans):
-        parts = max(1, math.ceil(math.dist(span.at(0.0)[:2], span.at(1.0)[:2]) / _STEP))
-        for part in range(1, parts + 1):
-            yield n, part / parts, span.at(part / parts)[:2]
-
-
-def _parting(ahead: Sequence[Span], way: Sequence[Point], begin: float, tolerance: float) -> float | None:
+class _Beside(NamedTuple):
     """
-    Return the length [m] along the present path from which on a new one is farther away than the tolerance.
-
-    It is 0 for a cart that stands, and None if both end together.
-    """
-    travelled, follower = 0.0, Follower(way, begin)
-    before: Point | None = ahead[0].at(0.0)[:2] if ahead else None
-    if before is None:
-        return 0.0
-    for _, _, point in _along(ahead):
-        travelled, before = travelled + math.dist(before, point), point
-        if follower.distance(point) > tolerance:
-            return max(0.0, travelled - tolerance - _STEP)
-    return None if math.dist(before, way[-1]) < _SAME_END else travelled
-
-
-def _places(ahead: Sequence[Span], route: _Route, begin: float, until: float) -> Iterator[_Place]:
-    """Yield the place after a length [m] along the present path, if it is ahead of the cart."""
-    if until <= 0.0:
-        return
-    travelled, follower, before = 0.0, Follower(route.way, begin), ahead[0].at(0.0)[:2]
-    numbers: list[int] = []
-    for n, u, point in _along(ahead):
-        travelled, before = travelled + math.dist(before, point), point
-        follower.distance(point)
-        if len(numbers) <= n:
-            numbers.append(route.numbers[follower.place])
-        if travelled >= until:
-            at = ahead[n].at(u)
-            yield _Place([*ahead[:n], ahead[n].until(u)], numbers,
-                         Pose(at.x, at.y, math.atan2(at.dy, at.dx)), bend(at).curvature, follower.length)
-            return
-
-
-class Follower:
-    """
-    Follows points along a polyline.
-
-    Parameters
-    ----------
-    way : sequence of (float, float)
-        The polyline [m].
-    begin : float
-        Length to the first point on it [m].
+    A point of the present path, and the nearest one of the new path.
 
     Attributes
     ----------
-    place : int
-        Number of the segment that is nearest to the last point.
+    span, u : int, float
+        Its span and its place there.
+    travelled : float
+        Length from the cart [m].
+    away : float
+        Distance of the new path [m].
     length : float
-        Along the polyline to the nearest point on it [m].
+        Length along the new path [m].
+    number : int
+        Waypoint of the new path whose speed limit holds there.
 
     """
 
-    def __init__(self, way: Sequence[Point], begin: float) -> None:
-        self._way = way
-        self._lengths = list(accumulate((math.dist(*two) for two in pairwise(way)), initial=0.0))
-        self.length = begin
-        self.place = min(max(0, bisect_right(self._lengths, begin) - 1), len(way) - 2)
-
-    def distance(self, point: Point, passed: float = 0.0) -> float:
-        """Return the distance of the polyline from a point that comes after the last one, so far behind it [m]."""
-        nearest, first = math.inf, self.place
-        for n in range(first, len(self._way) - 1):
-            if self._lengths[n] > self._lengths[first] + 1.5 * passed + _WINDOW and n > first:
-                break
-            start, end = self._way[n], self._way[n + 1]
-            size = self._lengths[n + 1] - self._lengths[n]
-            along = _share(start, end, point, size)
-            away = math.dist(_between(start, end, along / size if size else 0.0), point)
-            if away < nearest:
-                nearest, self.place, self.length = away, n, self._lengths[n] + along
-        return nearest
+    span: int
+    u: float
+    travelled: float
+    away: float
+    length: float
+    number: int
 
 
-def _share(start: Point, end: Point, at: Point, length: float) -> float:
-    """Return the length along a segment to the point on it that is nearest to `at` [m]."""
-    if not length:
-        return 0.0
-    along = ((at[0] - start[0]) * (end[0] - start[0]) + (at[1] - start[1]) * (end[1] - start[1])) / length
-    return min(max(0.0, along), length)
+def _beside(ahead: Sequence[Span], route: _Route, begin: float) -> list[_Beside]:
+    """Return points of the present path, some centimetres apart, beside a route from a length [m] along it on."""
+    found, travelled, follower = [], 0.0, Follower(route.way, begin)
+    for n, span in enumerate(ahead):
+        before = span.at(0.0)[:2]
+        parts = max(1, math.ceil(math.dist(before, span.at(1.0)[:2]) / _STEP))
+        for u in (part / parts for part in range(1, parts + 1)):
+            point = span.at(u)[:2]
+            travelled, before = travelled + math.dist(before, point), point
+            away = follower.distance(point)
+            found.append(_Beside(n, u, travelled, away, follower.length, route.numbers[follower.place]))
+    return found
+
+
+def _place(ahead: Sequence[Span], beside: Sequence[_Beside], until: float) -> _Place:
+    """Return the place after a length [m] along the present path."""
+    leaving = next(one for one in beside if one.travelled >= until)
+    numbers = {one.span: one.number for one in reversed(beside)}
+    at = ahead[leaving.span].at(leaving.u)
+    return _Place([*ahead[:leaving.span], ahead[leaving.span].until(leaving.u)],
+                  [numbers[n] for n in range(leaving.span + 1)],
+                  Pose(at.x, at.y, math.atan2(at.dy, at.dx)), bend(at).curvature, leaving.length)
 
 
 def _slackened(request: PathRequest, share: float) -> PathRequest:
@@ -324,37 +290,6 @@ def _stop(rest: Sequence[Span], request: PathRequest, speed: float) -> PlannedPa
         else:
             stopped, longest = found, middle
     return stopped
-
-
-def _nearest(points: Sequence[Point], at: Sequence[float], reach: float) -> tuple[float, float]:
-    """Return the length along the first part of a polyline to the point nearest to `at`, and its distance [m]."""
-    left = math.dist(points[0], at) + reach
-    travelled, found = 0.0, (0.0, math.dist(points[0], at))
-    for start, end in pairwise(points):
-        length = math.dist(start, end)
-        along = ((at[0] - start[0]) * (end[0] - start[0]) + (at[1] - start[1]) * (end[1] - start[1])) / length
-        along = min(max(0.0, along), length, left - travelled)
-        away = math.dist(_between(start, end, along / length), at)
-        if away < found[1]:
-            found = travelled + along, away
-        travelled += length
-        if travelled >= left:
-            break
-    return found
-
-
-def _from(points: Sequence[Point], length: float) -> tuple[Point, int]:
-    """Return the point of a polyline after a length [m], the last one at most, and the number of the next waypoint."""
-    for n, (start, end) in enumerate(pairwise(points), start=1):
-        part = math.dist(start, end)
-        if length < part:
-            return _between(start, end, length / part), n
-        length -= part
-    return points[-1], len(points)
-
-
-def _between(start: Point, end: Point, share: float) -> Point:
-    return start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
 
 
 def _joint(pose: Pose, curvature: float, first: Point) -> list[Point]:

@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Point = tuple[float, float]
-Floats = NDArray[np.float64]
+from mobile_robot_control.reference.path_shape import Floats, Point, spans_of
+
 Whole = NDArray[np.int64]
 DENSE = 0.2
 """[m]: points farther apart are not fitted; and the largest distance of two knots."""
@@ -316,11 +316,8 @@ def _is_near(
     points: Sequence[Point], numbers: Whole, control: Floats, line: _Polyline, closed: bool, tolerance: float
 ) -> bool:
     """Return whether all given points are within the tolerance of a path that was fitted to means of them."""
-    around = (np.concatenate([control[-1:], control, control[:2]]) if closed else
-              np.concatenate([2.0 * control[:1] - control[1:2], control, 2.0 * control[-1:] - control[-2:-1]]))
-    spans = len(around) - 3
-    basis = _basis(np.arange(_CHECKED) / _CHECKED)
-    path = sum(basis[part][:, None] * around[part:part + spans, None] for part in range(4)).reshape(-1, 2)
+    path = np.array([span.at(part / _CHECKED)[:2] for span in spans_of(control.tolist(), closed)
+                     for part in range(_CHECKED)])
     # near the mean that stands for the point
     mean = np.searchsorted(numbers, np.arange(len(points)), side='right') - 1
     middle = np.round(line.knots[mean] * _CHECKED).astype(int)

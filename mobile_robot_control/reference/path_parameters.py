@@ -9,6 +9,7 @@ from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.waypoints import Waypoints
 
 NO_FILE = 'none'
+_ROUNDING = 0.05
 
 
 class PathParameters(NamedTuple):
@@ -35,6 +36,11 @@ class PathParameters(NamedTuple):
         float, Field('s', 'time after which the cart stops on a path of the topic `path` if no other one comes: larger '
                           'waits longer for the planner; 0 means none', minimum=0.0)
     ] = 0.0
+
+    @property
+    def rounding(self) -> float:
+        """Largest distance of the path from a corner, also without a tolerance [m]."""
+        return self.tolerance or _ROUNDING
 
 
 class Timing(NamedTuple):

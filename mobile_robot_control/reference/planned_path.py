@@ -26,8 +26,6 @@ from mobile_robot_control.reference.path_shape import (
 from mobile_robot_control.reference.timing import Intervals, Profile, StuckError, fastest
 from mobile_robot_control.reference.waypoints import SAME
 
-CORNERS = 0.05
-"""[m]: distance of the path from a corner if it has no tolerance."""
 _END = 1e-9
 """A rest of a span below this share counts as none."""
 
@@ -210,18 +208,26 @@ def plan(request: PathRequest) -> PlannedPath:
     return timed(request, path.laps * spans, path.laps * numbers)
 
 
+def points_of(request: PathRequest) -> list[Point]:
+    """Return the points of a path; a closed one does not end where it begins."""
+    points = list(request.waypoints.points)
+    return points[:-1] if request.path.closed and math.dist(points[0], points[-1]) < SAME else points
+
+
+def is_fitted(request: PathRequest) -> bool:
+    """Return whether a path is smoothed within its tolerance."""
+    return request.path.tolerance > 0.0 and is_dense(request.waypoints.points)
+
+
 def control_of(request: PathRequest) -> list[tuple[Point, int]]:
     """
     Return the control points of a path, each with the number of the waypoint whose speed limit holds from it on.
 
     Dense waypoints are fitted. Raises ParameterError if these turn back.
     """
-    waypoints, path = request.waypoints, request.path
-    points = waypoints.points
-    if path.closed and math.dist(points[0], points[-1]) < SAME:
-        points = points[:-1]
-    if not (path.tolerance and is_dense(points)):
-        return control_points(points, path.closed, path.tolerance or CORNERS)
+    waypoints, path, points = request.waypoints, request.path, points_of(request)
+    if not is_fitted(request):
+        return control_points(points, path.closed, path.rounding)
     try:
         found = fitted(points, path.closed, path.tolerance)
     except TurnsBackError as error:

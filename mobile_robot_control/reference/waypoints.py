@@ -38,7 +38,6 @@ _REMEDY = 'write x,y; or x,y,speed with these names above the columns'
 _WRONG, _UNKNOWN = 'wrong', 'unknown'
 """The only key of a row with a wrong number of fields, and of an entry with a key that is not understood."""
 _NO_ENTRY = 'is no [x, y], {x: ..., y: ..., speed: ...} or {position: {x: ..., y: ...}}; write one of these'
-_NAMES = 'x,y,speed'
 
 
 class Waypoints(NamedTuple):
@@ -163,7 +162,7 @@ def _understood(names: Sequence[str], place: str) -> list[str]:
     unknown = [name for name in names if name not in _MEANINGS]
     if unknown:
         raise ParameterError([f"{place}: the column '{shortened(unknown[0], 40)}' is not understood; leave it out, or "
-                              f'name it {_NAMES} or heading'])
+                              'name it x, y, speed or heading'])
     meanings = [_MEANINGS[name] for name in names]
     for meaning in ('x', 'y'):
         count = meanings.count(meaning)

@@ -67,7 +67,7 @@ class CartCourse:
 
     def _begin_at(self, course: Course, begins: int) -> None:
         """Start a course at a time [ns]."""
-        self._course, self._begins = course, begins
+        self._course, self._begins, self._timing = course, begins, self._cart.timing
 
     def is_new(self, cart: ReferenceCartParameters) -> bool:
         """Return whether a run with these parameters would leave this course."""
@@ -93,7 +93,8 @@ class CartCourse:
         since = (time - self._begins) / NANOSECONDS
         return PathQuestion(
             message, self._cart.shared.odom_frame_id, path_request(self._cart, Waypoints((), (), ())),
-            self._course.reference(since), self._course if isinstance(self._course, PlannedPath) else None, since)
+            self._course.reference(since), self._course if isinstance(self._course, PlannedPath) else None, since,
+            self._cart.timing != self._timing)
 
     def check_takes_paths(self) -> None:
         """Raise RefusedMessageError if the cart drives a curve."""

@@ -36,6 +36,8 @@ class PathQuestion(NamedTuple):
         Its course then; None if it stands.
     time : float
         Since the start of that course [s].
+    anew : bool
+        Whether the limits have changed since.
 
     """
 
@@ -45,6 +47,7 @@ class PathQuestion(NamedTuple):
     at: Reference
     course: PlannedPath | None
     time: float
+    anew: bool = False
 
 
 class PathAnswer(NamedTuple):
@@ -83,23 +86,22 @@ def _answered(question: PathQuestion) -> PathAnswer:
     try:
         points = read_or_refuse(
             PATH_KIND, (partial(deserialise, PATH_KIND), partial(read_path, frame=question.frame)), question.message)
-    except RefusedMessageError as refusal:
-        return PathAnswer(None, [], (refusal.reason, refusal.detail), goes_on=True)
+    except RefusedMessageError as error:
+        return PathAnswer(None, [], (error.reason, error.detail), goes_on=True)
     ahead = question.course.remaining(question.time) if question.course and question.at.velocity.linear else []
-    reason = ''
+    refusal: tuple[str, ...] = ()
     if points:
         try:
             waypoints = checked_waypoints([(f'pose {n}', point) for n, point in enumerate(points)], PATH_TOPIC)
-            planned = join(question.request._replace(waypoints=waypoints), question.at, ahead)
+            planned = join(question.request._replace(waypoints=waypoints), question.at, ahead, question.anew)
             return PathAnswer(planned, points, goes_on=planned is None)
         except ParameterError as error:
-            reason = '; '.join(error.violations)
+            refusal = 'cannot be driven', '; '.join(error.violations)
     if not ahead:
-        return PathAnswer(None, [], ('cannot be driven', reason) if reason else (), goes_on=bool(reason))
+        return PathAnswer(None, [], refusal, goes_on=bool(refusal))
     try:
         # not the rest of the present path, which the planner has given up
-        return PathAnswer(stop(ahead, question.request, question.at), [],
-                          ('cannot be driven', f'the cart stops: {reason}') if reason else ())
+        stopped = stop(ahead, question.request, question.at)
     except ParameterError as error:
-        return PathAnswer(None, [], ('cannot be driven', '; '.join([*filter(None, [reason]), *error.violations])),
-                          goes_on=True)
+        return PathAnswer(None, [], ('cannot be driven', '; '.join([*refusal[1:], *error.violations])), goes_on=True)
+    return PathAnswer(stopped, [], (refusal[0], f'the cart stops: {refusal[1]}') if refusal else ())

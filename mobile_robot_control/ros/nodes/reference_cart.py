@@ -160,7 +160,10 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         if not answer.goes_on:
             self._course.take(answer, due.begins)
             self._taken = answer.points
-        self._heard = self._time.now() if answer.points else None
+        if answer.points:
+            self._heard = self._time.now()
+        elif not answer.goes_on:
+            self._heard = None
         self._diagnostics.more |= {f'plans {kind}': count for kind, count in self._plans.items()}
         self._diagnostics.more['planning time [s]'] = f'{answer.seconds:.4f}'
 

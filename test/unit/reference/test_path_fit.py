@@ -147,6 +147,18 @@ def test_a_new_end_and_a_detour_change_the_motion_where_they_differ():
         assert distance(drawn, change).max() < 0.06
 
 
+def test_with_other_limits_the_same_route_is_timed_anew_unless_the_cart_stands():
+    path = plan(request(on_grid(route())))
+    before, ahead = moving(path, 4.0)
+    slower = request(on_grid(route()))
+    slower = slower._replace(timing=TIMING._replace(max_linear_acceleration=0.2))
+    assert join(slower, before, ahead) is None
+    joined = join(slower, before, ahead, anew=True)
+    assert joined.period > path.period - 4.0 + 0.4
+    assert joined.reference(1.0).pose[:2] == pytest.approx(path.reference(5.0).pose[:2], abs=2e-3)
+    assert join(slower, path.accelerated(path.period), anew=True) is None
+
+
 def test_a_standing_cart_takes_any_path():
     before = Reference(Pose(0.0, 0.05, 0.0), BodyVelocity(0.0, 0.0))
     assert join(request(on_grid(route())), before).period > 0.0

@@ -157,6 +157,14 @@ def test_a_path_far_from_the_cart_and_one_that_comes_too_late_for_its_speed_are_
         join(request([(x, 0.0), (x + 0.1, 0.05), (x + 0.1, 2.0)]), before)
 
 
+def test_a_closed_path_may_repeat_its_first_waypoint():
+    around, repeated = (request(points, path=PathParameters(closed=True)) for points in (
+        RECTANGLE, [*RECTANGLE, RECTANGLE[0]]))
+    assert plan(repeated).times.tolist() == plan(around).times.tolist()
+    at = plan(around).accelerated(0.0)
+    assert join(repeated, at).times.tolist() == join(around, at).times.tolist()
+
+
 def test_a_path_that_turns_back_and_torques_below_the_friction_are_refused():
     with pytest.raises(ParameterError, match=r'p\.csv:2: the path turns back near this waypoint, a cusp'):
         plan(request([(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)]))

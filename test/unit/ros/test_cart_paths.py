@@ -134,6 +134,18 @@ def test_a_cart_that_waits_for_its_robot_takes_a_newer_path():
     assert len(cart.taken) == 2
 
 
+def test_a_path_after_a_change_of_the_limits_is_planned_anew():
+    course = standing()
+    message = straight_on(course, 0.0, 6.0)
+    course.take(answer(course.question(message, 0)), 0)
+    assert not course.question(message, 10_000_000).anew
+    cart = course._cart
+    course.change(cart._replace(timing=cart.timing._replace(max_linear_velocity=0.3)), 1.0)
+    changed = course.question(message, 10**9)
+    assert changed.anew
+    assert not answer(changed).goes_on
+
+
 def test_an_empty_path_is_told_from_others_without_reading_it():
     full = straight_on(standing(), 0.0)
     assert has_no_poses(STOP)
