@@ -35,6 +35,8 @@ _FROM_REST = (0.3, 0.6, *_LENGTHS)
 """Those of a cart that stands, which may bend more."""
 _PARTS, _STEP = 4, 0.05
 """Segments of a polyline for each span of a fitted path; and their length along the present one [m]."""
+STANDS = 1e-3
+"""[m/s]: a slower cart counts as standing."""
 _SAME_WAY = 1.02
 """Distance from a new path up to which the present one counts as the same, in tolerances: corners use up one."""
 _SAME_END = 1e-3
@@ -251,7 +253,7 @@ def stop(rest: Sequence[Span], request: PathRequest, before: Reference) -> Plann
     request : PathRequest
         With the limits.
     before : Reference
-        Motion of the cart.
+        Motion of the cart, faster than STANDS.
 
     """
     # rather by more than a limit than not at all
@@ -289,7 +291,10 @@ def _stop(rest: Sequence[Span], request: PathRequest, speed: float) -> PlannedPa
             shortest = middle
         else:
             stopped, longest = found, middle
-    return stopped
+    if longest > 1:
+        return stopped
+    # within the first interval, on a grid of its own: a slow cart would take long to its end
+    return _stop([rest[0].until(float(grid.u[0, 1]))], request, speed) or stopped
 
 
 def _joint(pose: Pose, curvature: float, first: Point) -> list[Point]:

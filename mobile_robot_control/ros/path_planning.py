@@ -8,7 +8,7 @@ from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, read_path
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Reference
-from mobile_robot_control.reference.joining import join, stop
+from mobile_robot_control.reference.joining import STANDS, join, stop
 from mobile_robot_control.reference.path_parameters import PathRequest
 from mobile_robot_control.reference.path_shape import Point
 from mobile_robot_control.reference.planned_path import PlannedPath
@@ -88,7 +88,7 @@ def _answered(question: PathQuestion) -> PathAnswer:
             PATH_KIND, (partial(deserialise, PATH_KIND), partial(read_path, frame=question.frame)), question.message)
     except RefusedMessageError as error:
         return PathAnswer(None, [], (error.reason, error.detail), goes_on=True)
-    ahead = question.course.remaining(question.time) if question.course and question.at.velocity.linear else []
+    ahead = question.course.remaining(question.time) if question.course and question.at.velocity.linear > STANDS else []
     refusal: tuple[str, ...] = ()
     if points:
         try:

@@ -14,7 +14,7 @@ from toppra_oracle import Oracle
 from mobile_robot_control.control.compensation import inverse_dynamics
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.reference.joining import join, stop
+from mobile_robot_control.reference.joining import STANDS, join, stop
 from mobile_robot_control.reference.path_parameters import Drive, PathParameters, PathRequest, Timing
 from mobile_robot_control.reference.path_shape import TooSharpError, control_points, lay_grid, spans_of
 from mobile_robot_control.reference.planned_path import plan, plan_spans
@@ -155,6 +155,16 @@ def test_a_path_far_from_the_cart_and_one_that_comes_too_late_for_its_speed_are_
         join(request([(x + 0.6, 0.0), (x + 2.0, 0.0)]), before)
     with pytest.raises(ParameterError, match=r'no motion from here keeps the limits .* at its start is too fast'):
         join(request([(x, 0.0), (x + 0.1, 0.05), (x + 0.1, 2.0)]), before)
+
+
+@pytest.mark.parametrize('left', [0.1, 0.02, 0.003])
+def test_a_stop_of_a_cart_that_stops_already_takes_no_longer(left):
+    path = plan(request([(0.0, 0.0), (1.0, 0.2), (4.0, 0.0)]))
+    asked = request(RECTANGLE)
+    stopped = stop(path.remaining(3.0), asked, path.accelerated(3.0))
+    at = stopped.period - left
+    assert stopped.accelerated(at).velocity.linear > STANDS
+    assert stop(stopped.remaining(at), asked, stopped.accelerated(at)).period < 1.3 * left
 
 
 def test_a_closed_path_may_repeat_its_first_waypoint():
