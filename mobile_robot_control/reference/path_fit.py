@@ -42,7 +42,7 @@ _AROUND = 3.0
 _REACH, _BACK = 0.15, math.cos(math.radians(150.0))
 """[m] before and after a point, whose directions differ by 150° and more where a path turns back."""
 _OVERLAP = 0.3
-"""[m]: a planner's new plan may begin so far behind the end of the old one in the same list of points."""
+"""[m]: points may lead back by this much and on again, as where a planner appends a new plan to the old one."""
 _GAUSS = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
 
 
