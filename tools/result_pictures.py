@@ -1,4 +1,4 @@
-"""The pictures of docs/results.md: paths and torques side by side."""
+"""The pictures of docs/results.md, paths and torques side by side, and of docs/paths.md, a plan."""
 
 import sys
 from pathlib import Path
@@ -14,8 +14,12 @@ from chapter_figures.runs import (
 
 from mobile_robot_control.figures.drawing import draw_and_save
 from mobile_robot_control.figures.figure import Figure
+from mobile_robot_control.planning.page import plan_figures
+from mobile_robot_control.planning.planning import plan_of
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import TORQUE, path_panel
+from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.files import load
 
 _WIDTH = 9.0
 """[in]: as wide as a page is shown."""
@@ -33,17 +37,19 @@ def write_pictures(config: Path, folder: Path) -> None:
     """
     Draw the pictures with a folder of configurations.
 
-    Writes `results_lemniscate.png` and `results_trifolium.png` into the other folder.
+    Writes `results_lemniscate.png`, `results_trifolium.png` and `parking.png` into the other folder.
     """
     runs = Runs(config)
+    pictures = {'parking': plan_figures(plan_of(configure(load([config / 'paths' / 'parking.yaml']))))[0]}
     for curve, ordinary, other, name in (('lemniscate', ORDINARY_LEMNISCATE, HYBRID_LEMNISCATE, 'hybrid'),
                                          ('trifolium', ORDINARY_TRIFOLIUM, FUZZY_TRIFOLIUM, 'fuzzy')):
         shown = [runs.measured(run)._replace(name=label, series=runs.measured(run).series.until(LAP))
                  for label, run in (('ordinary', ordinary), (name, other))]
-        file = folder / f'results_{curve}'
-        draw_and_save(_pair(*shown), file)
-        # the page shows the PNG
-        file.with_suffix('.svg').unlink()
+        pictures[f'results_{curve}'] = _pair(*shown)
+    for picture, figure in pictures.items():
+        draw_and_save(figure, folder / picture)
+        # the pages show the PNG
+        (folder / picture).with_suffix('.svg').unlink()
 
 
 if __name__ == '__main__':

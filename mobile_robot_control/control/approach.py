@@ -38,7 +38,7 @@ class Approach(NamedTuple):
 
 
 def stands_still(reference: Reference) -> bool:
-    """Return whether the cart waits: the curves of this package never stand still by themselves."""
+    """Return whether the cart stands, as one that waits does and one at a cusp for an instant."""
     return reference.velocity.linear == 0.0 and reference.velocity.angular == 0.0
 
 

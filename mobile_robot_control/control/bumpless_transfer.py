@@ -1,12 +1,14 @@
 """Bumpless transfer: a change of the position law or its gains makes no jump of the command."""
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.compensation import advanced, lead
 from mobile_robot_control.control.law import Law, checked_step
 from mobile_robot_control.control.laws import PositionControl, select
 from mobile_robot_control.control.limits import Limits, limit_command
+from mobile_robot_control.control.steering import Steering, make_steered, start_of
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation
 
 _FADE_TIME = 0.2
@@ -22,8 +24,10 @@ class RunningLaw(NamedTuple):
     ----------
     law : Law
         The present one.
-    gains, state : NamedTuple
+    gains : NamedTuple
         Of the law.
+    state : Steering
+        Of the law, which is steered.
     limits : Limits
         Of the command.
     command : BodyVelocity
@@ -40,7 +44,7 @@ class RunningLaw(NamedTuple):
 
     law: Law
     gains: Any
-    state: Any
+    state: Steering
     limits: Limits
     command: BodyVelocity = _ZERO
     changed: bool = False
@@ -56,12 +60,7 @@ def begin(parameters: PositionControl, dt: float, under_way: bool) -> RunningLaw
     A law that joins a run under way starts in its state `joining`; the hybrid law then counts the cart as seen.
     """
     law, gains = select(parameters, dt)
-    return RunningLaw(law, gains, _joining(law) if under_way else law.start, parameters.limits,
-                      lead=lead(parameters.feedforward))
-
-
-def _joining(law: Law) -> Any:
-    return law.start if law.joining is None else law.joining
+    return RunningLaw(law, gains, start_of(law, joins=under_way), parameters.limits, lead=lead(parameters.feedforward))
 
 
 def change(running: RunningLaw, parameters: PositionControl, dt: float, restart: bool = False) -> RunningLaw:
@@ -71,7 +70,9 @@ def change(running: RunningLaw, parameters: PositionControl, dt: float, restart:
     The same law keeps its state unless `restart` is true; another law joins the run under way.
     """
     law, gains = select(parameters, dt)
-    state = running.state if law is running.law and not restart else _joining(law)
+    state = running.state
+    if law is not running.law or restart:
+        state = start_of(law, joins=True)._replace(changed=state.changed)
     return running._replace(law=law, gains=gains, state=state, limits=parameters.limits, changed=True,
                             lead=lead(parameters.feedforward))
 
@@ -105,7 +106,9 @@ def step(
         If the law raises, or its command is not finite.
 
     """
-    state, asked = checked_step(running.law, running.state, observation, running.gains, dt)
+    law_step: Callable[..., Any] = running.law.step
+    driven = running.law._replace(step=make_steered(law_step, len(observation.horizon)))
+    state, asked = checked_step(driven, running.state, observation, running.gains, dt)
     if acceleration is not None:
         asked = advanced(asked, acceleration, running.lead)
     offset, elapsed = running.offset, running.elapsed

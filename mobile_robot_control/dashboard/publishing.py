@@ -19,8 +19,8 @@ from mobile_robot_control.parameters.declaration import build, declarations
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.cart import Placement
 from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.motion import plan
 from mobile_robot_control.reference.path_parameters import NO_FILE
-from mobile_robot_control.reference.planned_path import plan
 from mobile_robot_control.reference.waypoints import checked_waypoints
 from mobile_robot_control.ros.qos import LATCHED, PUBLISHED
 from mobile_robot_control.settings.nodes import ReferenceCartParameters, path_request
@@ -129,11 +129,11 @@ def planned(values: Mapping[str, Any], points: Sequence[Point], limits: Mapping[
     course = plan(path_request(cart, waypoints))
     count = len(course.limit)
     shown = sorted({n * (count - 1) // (_SHOWN - 1) for n in range(_SHOWN)})
-    poses = [course.reference(float(course.times[n])).pose for n in shown]
-    return {'x': [round(pose.x, 4) for pose in poses], 'y': [round(pose.y, 4) for pose in poses],
-            'speed': [round(float(course.speeds[n]), 4) for n in shown],
+    at = [course.reference(float(course.times[n])) for n in shown]
+    return {'x': [round(one.pose.x, 4) for one in at], 'y': [round(one.pose.y, 4) for one in at],
+            'speed': [round(one.velocity.linear, 4) for one in at],
             'limit': [course.limit[n] for n in shown],
-            'bends': [bool(abs(course.grid.curvature[n]).max() > _STRAIGHT) for n in shown],
+            'bends': [abs(one.velocity.angular) > _STRAIGHT * abs(one.velocity.linear) for one in at],
             'duration': course.period, 'length': course.length, 'active': course.shares()}
 
 

@@ -59,7 +59,7 @@ def _path(link: RobotLink) -> dict[str, Any] | None:
         points = []
     if len(points) < 2:
         return None
-    x, y = zip(*points[:_POINTS], strict=True)
+    x, y, _ = zip(*points[:_POINTS], strict=True)
     size = max(max(x) - min(x), max(y) - min(y))
     return {'x': [round(value, 4) for value in x], 'y': [round(value, 4) for value in y],
-            'closed': math.dist(points[0], points[-1]) < 1e-6 * max(1.0, size)}
+            'closed': math.dist(points[0][:2], points[-1][:2]) < 1e-6 * max(1.0, size)}

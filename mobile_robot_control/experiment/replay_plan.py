@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.parameters.declaration import ParameterError, check_value, declarations, flatten
-from mobile_robot_control.quantities import LARGEST, Push, period_nanoseconds
+from mobile_robot_control.quantities import LARGEST, period_nanoseconds
 from mobile_robot_control.reference.path_parameters import NO_FILE
 from mobile_robot_control.reference.waypoints import read_waypoints_once
 from mobile_robot_control.runs.bag_files import LoopMessages, first_difference, read_loop_messages
@@ -206,12 +206,12 @@ def _value_faults(change: Change, key: str, value: Any, period: int, tick: int) 
     """Yield the faults of one value of an event, for a velocity period and a position period [ns]."""
     declared = declarations(NODES[change.node])
     if change.node == 'plant' and key == DISTURBANCE:
-        if not _are_pairs([value]):
+        if not _are_tuples([value], 2):
             yield f'tells {shortened(repr(value), 60)}, which is no push'
     elif change.node == 'reference_cart' and key == PATH_TOPIC:
         if change.stamp % tick or change.stamp == 0:
             yield 'is a path at no position tick; it is of another run'
-        if not _are_pairs(value):
+        if not (_are_tuples(value, 2) or _are_tuples(value, 3)):
             yield f'tells {shortened(repr(value), 60)}, which is no path'
     elif change.node == 'plant' and key == RESET:
         if (change.stamp - period) % tick or change.stamp <= tick:
@@ -226,11 +226,11 @@ def _value_faults(change: Change, key: str, value: Any, period: int, tick: int) 
         yield from (f'is at fault: {fault}' for fault in check_value(declared[key], value)[1])
 
 
-def _are_pairs(values: Any) -> bool:
-    """Return whether the value of an event is a list of pairs of numbers within the bounds of messages."""
+def _are_tuples(values: Any, size: int) -> bool:
+    """Return whether the value of an event is a list of so many numbers each, within the bounds of messages."""
     return isinstance(values, list) and all(
-        isinstance(pair, list) and len(pair) == len(Push._fields)
-        and all(type(part) in (int, float) and abs(part) <= LARGEST for part in pair) for pair in values)
+        isinstance(each, list) and len(each) == size
+        and all(type(part) in (int, float) and abs(part) <= LARGEST for part in each) for each in values)
 
 
 def _rule_faults(configuration: Configuration, changes: Iterable[Change]) -> Iterator[str]:

@@ -88,9 +88,9 @@ class Replayer(Node):
         """Push the robot in the step that starts at a stamp [ns]."""
         self._topics[DISTURBANCE].publish(self._write(stamp, push))
 
-    def lead(self, stamp: int, points: Iterable[tuple[float, float]]) -> None:
-        """Send the cart a path of positions [m] from a stamp [ns] on."""
-        path = writing.path_message(self._frame, [Pose(x, y, 0.0) for x, y in points])
+    def lead(self, stamp: int, points: Iterable[tuple[float, ...]]) -> None:
+        """Send the cart a path of positions [m], maybe with headings [rad], from a stamp [ns] on."""
+        path = writing.path_message(self._frame, [Pose(x, y, *heading or (0.0,)) for x, y, *heading in points])
         path.header.stamp = Time(sec=stamp // NANOSECONDS, nanosec=stamp % NANOSECONDS)
         self._topics[PATH_TOPIC].publish(path)
 

@@ -186,7 +186,7 @@ def _finish_plane(axes: Axes, panel: Panel) -> None:
     for n, pose in enumerate(panel.poses):
         color, _ = LINES[pose.run]
         path = paths[pose.run] if pose.run < len(paths) else paths[0]
-        size = 0.075 * max(float(np.ptp(path.time)), float(np.ptp(path.value)), 0.1)
+        size = 0.075 * max(*(float(np.nanmax(each) - np.nanmin(each)) for each in path), 0.1)
         corners = triangle((pose.x, pose.y, pose.heading), size)
         axes.fill(corners[:, 0], corners[:, 1], facecolor='none', edgecolor=color, linewidth=1.1)
         if n == 0 or pose.run != panel.poses[n - 1].run:

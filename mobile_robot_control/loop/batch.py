@@ -17,7 +17,7 @@ from mobile_robot_control.jit import APART, JITABLE
 from mobile_robot_control.loop import trial
 from mobile_robot_control.loop.cross_track import converted
 from mobile_robot_control.loop.indices import MeasuredMotion
-from mobile_robot_control.loop.ticks import IDEAL_FORM, Form, make_position_tick, make_velocity_tick
+from mobile_robot_control.loop.ticks import IDEAL_FORM, Form, driving_step, make_position_tick, make_velocity_tick
 from mobile_robot_control.loop.trial import (
     CartMotion,
     Outcome,
@@ -129,8 +129,9 @@ def _register(*functions: Callable[..., Any]) -> None:
 def compiled_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
     """Return the compiled rollout of a law's step, which releases the interpreter's lock; references are an array."""
     references_at = _rows(form.horizon) if form.horizon else _row
-    _register(*JITABLE, _accelerated_row, references_at, step)
-    position_tick, velocity_tick = make_position_tick(step, form), make_velocity_tick(form)
+    driving = driving_step(step, form)
+    _register(*JITABLE, _accelerated_row, references_at, step, driving)
+    position_tick, velocity_tick = make_position_tick(driving, form), make_velocity_tick(form)
     _register(position_tick, velocity_tick)
     # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth of the time
     return kept(numba.njit(nogil=True, error_model='numpy')(

@@ -15,9 +15,10 @@ from mobile_robot_control.control.compensation import (
     lead,
     mean_acceleration,
 )
-from mobile_robot_control.control.law import LawStep, is_sound
+from mobile_robot_control.control.law import Law, LawStep, is_sound
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.limits import limit_command
+from mobile_robot_control.control.steering import make_steered, start_of
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.jit import jitable
@@ -73,6 +74,8 @@ class Form(NamedTuple):
         Position ticks of reference that the law sees ahead; if it is not zero, it sees accelerations, too.
     feeds : bool
         Whether the reference's acceleration is fed forward.
+    steered : bool
+        Whether the cart may drive backwards or turn on the spot.
     varies : bool
         Whether the variation of torque or command is summed, in a run without samples.
     indices : bool
@@ -86,6 +89,7 @@ class Form(NamedTuple):
     timed: bool = False
     horizon: int = 0
     feeds: bool = False
+    steered: bool = False
     varies: bool = False
     indices: bool = False
     band: float = BAND
@@ -93,6 +97,16 @@ class Form(NamedTuple):
 
 IDEAL_FORM = Form()
 """An ideal robot, and odometry used unchanged."""
+
+
+def driving_step(law_step: Callable[..., Any], form: Form) -> Callable[..., Any]:
+    """Return the step that commands the robot: that of a law, steered if the form needs it."""
+    return make_steered(law_step, form.horizon) if form.steered else law_step
+
+
+def driving_start(law: Law, form: Form) -> Any:
+    """Return the state of a `driving_step` at a run's start."""
+    return start_of(law) if form.steered else law.start
 
 
 @jitable
@@ -151,7 +165,7 @@ def make_position_tick(
     law_step: LawStep, form: Form = IDEAL_FORM
 ) -> Callable[..., tuple[LoopState, PositionTick, TrackingError]]:
     """
-    Make the slow loop's step for a law and a form, by closure.
+    Make the slow loop's step for a `driving_step` and a form, by closure.
 
     It is ``position_tick(state, references, k, time, loop) -> (state, PositionTick, TrackingError)``. The references
     are those of this tick and of the form's horizon; k counts the steps of the velocity loop; the last result is the
@@ -234,7 +248,8 @@ def form_of(configuration: Configuration) -> Form:
     """Return the choice of functions in the loop of a configuration."""
     shared = configuration.plant.shared
     return Form(plant_form(configuration.plant.model), configuration.position_controller.compensate_latency,
-                shared.stamps_samples, shared.reference_horizon, shared.feedforward.enabled)
+                shared.stamps_samples, shared.reference_horizon, shared.feedforward.enabled,
+                configuration.reference_cart.path.uses_headings)
 
 
 def plant_grid(configuration: Configuration) -> Grid:
@@ -269,7 +284,7 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
     )
     at_rest = dynamics.at_rest(Pose(*plant.initial_pose))
     return loop, LoopState(
-        at_rest, VelocityPiState(), law.start, BodyVelocity(0.0, 0.0), drive_at_rest(model, grid),
+        at_rest, VelocityPiState(), driving_start(law, form), BodyVelocity(0.0, 0.0), drive_at_rest(model, grid),
         sensors_at_rest(at_rest, loop.sensors),
         NO_ODOMETRY if form.compensates and not form.timed else (),
         Coming(NO_ACCELERATION, 0) if feeds_torques else (),

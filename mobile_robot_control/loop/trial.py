@@ -26,7 +26,15 @@ from mobile_robot_control.loop.indices import (
     no_tick,
     variation_step,
 )
-from mobile_robot_control.loop.ticks import IDEAL_FORM, Form, form_of, make_position_tick, make_velocity_tick, start
+from mobile_robot_control.loop.ticks import (
+    IDEAL_FORM,
+    Form,
+    driving_step,
+    form_of,
+    make_position_tick,
+    make_velocity_tick,
+    start,
+)
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.quantities import Pose, Reference, WheelTorque, period_nanoseconds
@@ -136,7 +144,7 @@ def make_rollout(
     law_step: LawStep, references_at: Callable[[Any, int], tuple[Reference, ...]], form: Form = IDEAL_FORM
 ) -> Callable[..., Outcome]:
     """Make the rollout of a law, ``roll(state, loop, references, steps, ratio, late)``; `bind` has `references_at`."""
-    return bind(make_position_tick(law_step, form), make_velocity_tick(form), references_at, form)
+    return bind(make_position_tick(driving_step(law_step, form), form), make_velocity_tick(form), references_at, form)
 
 
 def bind(

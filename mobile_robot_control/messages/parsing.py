@@ -146,8 +146,12 @@ def _motion(name: str, position: Any, q: Any, twist: Any) -> tuple[Pose, BodyVel
     length = x * x + y * y + z * z + w * w
     if abs(length - 1.0) > 0.01:
         raise RefusedMessageError('quaternion not of unit length', f'its length is {math.sqrt(length):g}')
-    heading = math.atan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
-    return Pose(position.x, position.y, heading), BodyVelocity(twist.linear.x, twist.angular.z)
+    return Pose(position.x, position.y, _heading(q)), BodyVelocity(twist.linear.x, twist.angular.z)
+
+
+def _heading(q: Any) -> float:
+    """Return the rotation of a quaternion about the vertical [rad]."""
+    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z)
 
 
 def read_horizon(
@@ -201,9 +205,9 @@ def _acceleration(accel: Any) -> BodyAcceleration:
     return found
 
 
-def read_path(message: Any, frame: str = '') -> list[tuple[float, float]]:
+def read_path(message: Any, frame: str = '') -> list[Pose]:
     """
-    Return the positions [m] of a nav_msgs/Path; the orientations and the stamps of its poses are not used.
+    Return the poses [m], [rad] of a nav_msgs/Path; their stamps are not used, and any orientation is taken.
 
     `frame` is that of odometry, '' allows any; a header without a frame is in it. Raises RefusedMessageError if a
     number is not finite or beyond LARGEST, or a frame is wrong.
@@ -213,7 +217,7 @@ def read_path(message: Any, frame: str = '') -> list[tuple[float, float]]:
             check_frame('frame_id', header.frame_id, frame)
     for pose in message.poses:
         check_numbers('path', pose.pose.position.x, pose.pose.position.y)
-    return [(pose.pose.position.x, pose.pose.position.y) for pose in message.poses]
+    return [Pose(pose.pose.position.x, pose.pose.position.y, _heading(pose.pose.orientation)) for pose in message.poses]
 
 
 def read_time(message: Any) -> int:

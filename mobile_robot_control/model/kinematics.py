@@ -5,7 +5,13 @@ import math
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.robot import Robot, half_separation
-from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
+from mobile_robot_control.quantities import (
+    BodyAcceleration,
+    BodyVelocity,
+    Pose,
+    Reference,
+    WheelVelocity,
+)
 
 _STRAIGHT = 1e-4
 """[rad]: below it an arc is a line to within 1e-9 of its length."""
@@ -107,3 +113,12 @@ def along_arc(pose: Pose, distance: float, turn: float) -> Pose:
         pose.y + chord * math.sin(direction),
         wrap_angle(pose.heading + turn),
     )
+
+
+@jitable
+def turned_round(reference: Reference) -> Reference:
+    """Return a reference whose cart is turned by π: backwards becomes forwards, and forwards backwards."""
+    pose, velocity, acceleration = reference
+    return Reference(Pose(pose.x, pose.y, wrap_angle(pose.heading + math.pi)),
+                     BodyVelocity(-velocity.linear, velocity.angular),
+                     BodyAcceleration(-acceleration.linear, acceleration.angular))

@@ -12,8 +12,8 @@ Files written to DIR:
   plan.csv   `time` [s], `x`, `y` [m], `heading` [rad], `v` [m/s], `omega` [rad/s], and `limit`: the limit
              that is active from this row to the next
   plan.json  `duration` [s], `length` [m], `points`, `deviation`: the largest distance of a waypoint from the
-             path [m], `limits`, `active`: the share of the duration in which each limit is active, and
-             `provenance`
+             path [m], `ignored`: headings that are not used, `limits`, `active`: the share of the duration in which
+             each limit is active, and `provenance`
   plan.html  page with the path coloured by its active limit, speeds, and wheel speeds and torques
 """
 
@@ -62,10 +62,13 @@ def _run(options: argparse.Namespace) -> int:
     plan = make_plan(request, options.command_line)
     output.mkdir(parents=True, exist_ok=True)
     numbers = {'duration': plan.duration, 'length': plan.length, 'points': len(plan.time),
-               'deviation': plan.deviation, 'limits': plan.limits, 'active': plan.active, 'provenance': plan.provenance}
+               'deviation': plan.deviation, 'ignored': plan.ignored, 'limits': plan.limits, 'active': plan.active,
+               'provenance': plan.provenance}
     for name, content in (('plan.csv', _table(plan)), ('plan.json', json.dumps(numbers, indent=2) + '\n'),
                           ('plan.html', plan_page(plan, f'Plan of {Path(request.file).name}'))):
         write_atomically(output / name, content)
+    for words in plan.ignored:
+        print(printable(words), file=sys.stderr)
     print(f'{plan.length:.4g} m in {plan.duration:.4g} s: {printable(str((output / "plan.html").resolve()))}')
     return 0
 

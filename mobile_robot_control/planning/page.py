@@ -6,7 +6,18 @@ from html import escape
 import numpy as np
 
 from mobile_robot_control.figures.drawing import draw
-from mobile_robot_control.figures.figure import COMMAND, REFERENCE, VALUE, Curve, Figure, Floats, Line, Panel, plane
+from mobile_robot_control.figures.figure import (
+    COMMAND,
+    REFERENCE,
+    VALUE,
+    Curve,
+    Figure,
+    Floats,
+    Line,
+    Panel,
+    Pose,
+    plane,
+)
 from mobile_robot_control.figures.palette import LINES, as_svg
 from mobile_robot_control.pages import page
 from mobile_robot_control.planning.planning import Plan, plan_of
@@ -41,18 +52,34 @@ def _limits(plan: Plan, limit: float, signs: tuple[float, ...]) -> list[Curve]:
     return [Curve(COMMAND, 0, 'limit', Line(ends, np.full(2, sign * limit))) for sign in signs if limit]
 
 
+def _directions(plan: Plan) -> tuple[list[Curve], list[Pose]]:
+    """Return the stretches backwards, and poses in all stretches and turns; none for a single stretch forwards."""
+    way = np.sign(plan.velocity[:, 0])
+    changes = np.flatnonzero(np.diff(way)) + 1
+    parts = [part for part in np.split(np.arange(len(way)), changes) if np.any(plan.velocity[part])]
+    if len(parts) == 1 and way[parts[0][0]] > 0.0:
+        return [], []
+    x, y = np.where(way[:, None] < 0.0, plan.pose[:, :2], np.nan).T
+    middles = [np.searchsorted(plan.time, plan.time[part[[0, -1]]].mean()) for part in parts]
+    return ([Curve(COMMAND, 0, 'backwards', Line(x, y))] if (way < 0.0).any() else [],
+            [Pose(0, *plan.pose[n].tolist()) for n in (0, *middles)])
+
+
 def plan_figures(plan: Plan) -> list[Figure]:
     """Return the figures of a plan: the motion coloured by its limits, and the wheels."""
     timing = plan.limits
     names = tuple(name for name, _ in _parts_of(plan))
+    backwards, poses = _directions(plan)
     speeds = [Panel(name, name, unit, (*_limits(plan, timing[limit], signs),
                                        *_coloured(plan.time, plan.velocity[:, n], plan)))
               for n, name, unit, limit, signs in (
-                  (0, 'v', 'm/s', 'max_linear_velocity', (1.0,)),
+                  (0, 'v', 'm/s', 'max_linear_velocity', (1.0, -1.0) if backwards else (1.0,)),
                   (1, 'ω', 'rad/s', 'max_angular_velocity', (1.0, -1.0)))]
-    motion = Figure('motion', 'Path and speed', 'Coloured by the limit that is active there.', names,
-                    (plane('path', [Curve(REFERENCE, 0, 'waypoints', Line(*plan.waypoints.T)),
-                                    *_coloured(plan.pose[:, 0], plan.pose[:, 1], plan)]), *speeds), 6.0, 11.0,
+    path = plane('path', [Curve(REFERENCE, 0, 'waypoints', Line(*plan.waypoints.T)),
+                          *_coloured(plan.pose[:, 0], plan.pose[:, 1], plan), *backwards], poses)
+    caption = 'Coloured by the limit that is active there' + (
+        '; triangles: the robot at the start and in each stretch and turn.' if poses else '.')
+    motion = Figure('motion', 'Path and speed', caption, names, (path, *speeds), 6.0, 11.0,
                     [['path', 'v'], ['path', 'ω']])
     torque = timing['torque_fraction'] * timing['max_wheel_torque']
     wheels = [Panel(label, label, unit, (
@@ -68,8 +95,9 @@ def plan_figures(plan: Plan) -> list[Figure]:
 def _pictures(plan: Plan) -> list[str]:
     """Return a plan as a sentence and its pictures, as HTML."""
     repeated = f'; {plan.repeated} repeated ones are left out' if plan.repeated else ''
+    ignored = [f'<p>{escape(words.capitalize())}.</p>' for words in plan.ignored]
     return [f'<p>{plan.length:.3g} m in {plan.duration:.4g} s, at {len(plan.time)} points. The {len(plan.waypoints)} '
-            f'waypoints are within {100.0 * plan.deviation:.2g} cm of the path{repeated}.</p>', *(
+            f'waypoints are within {round(100.0 * plan.deviation, 4):.2g} cm of the path{repeated}.</p>', *ignored, *(
         page.picture(figure.title, figure.caption, page.drawing(as_svg(draw(figure))), name=f'plan-{figure.name}')
         for figure in plan_figures(plan))]
 

@@ -15,13 +15,16 @@ from mobile_robot_control.parameters.declaration import Field, flatten
 from mobile_robot_control.parameters.requests import Reader
 from mobile_robot_control.quantities import Reference
 from mobile_robot_control.reference.curves import PATH
-from mobile_robot_control.reference.planned_path import PlannedPath
+from mobile_robot_control.reference.motion import Motion
 from mobile_robot_control.reference.polyline import Follower
+from mobile_robot_control.reference.stretches import Stretch, polyline, route_of
 from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
 from mobile_robot_control.settings.nodes import Configuration, course_of, path_of
 from mobile_robot_control.settings.provenance import call_text, provenance
 
 Floats = NDArray[np.float64]
+_FINE = 32
+"""Segments of a span, to measure how far waypoints are from a path."""
 
 
 class PlanRequest(NamedTuple):
@@ -61,6 +64,8 @@ class Plan(NamedTuple):
         Number of those.
     deviation : float
         Largest distance of a waypoint from the path [m].
+    ignored : tuple of str
+        Headings of waypoints that are not used, in words.
     limits : dict of str to float
         The parameters `timing`, by name.
     active : dict of str to float
@@ -82,6 +87,7 @@ class Plan(NamedTuple):
     waypoints: Floats
     repeated: int
     deviation: float
+    ignored: tuple[str, ...]
     limits: dict[str, float]
     active: dict[str, float]
     provenance: dict[str, Any]
@@ -96,10 +102,16 @@ def make_plan(request: PlanRequest, command_line: str) -> Plan:
     return plan_of(request.configuration(), command_line)
 
 
+def _deviation(stretch: Stretch) -> float:
+    """Return the largest distance of a waypoint from a stretch [m]."""
+    follower, given = Follower(polyline(stretch.spans, _FINE), 0.0), stretch.request.waypoints.points
+    return max(follower.distance(point, math.dist(point, before)) for before, point in pairwise((given[0], *given)))
+
+
 def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
     """Plan the path in a configuration with a cart on a path."""
     cart, path = configuration.reference_cart, course_of(configuration.reference_cart)
-    assert isinstance(path, PlannedPath)  # noqa: S101 (for mypy: it drives a path)
+    assert isinstance(path, Motion)  # noqa: S101 (for mypy: it drives a path)
     limit = [*path.limit, '']
     # the last point, at rest, belongs to the motion that ends there
     times = path.times.copy()
@@ -109,7 +121,6 @@ def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
     request = path_of(cart)
     assert request  # noqa: S101 (for mypy: it drives a path)
     given = request.waypoints.points
-    follower = Follower([reference.pose[:2] for reference in references], 0.0)
 
     def torques(reference: Reference) -> list[float]:
         wheels = wheel_velocity(reference.velocity, robot)
@@ -123,8 +134,7 @@ def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
         np.array([wheel_velocity(reference.velocity, robot) for reference in references]),
         np.array([torques(reference) for reference in references]),
         limit, path.period, path.length, np.array(given), request.waypoints.repeated,
-        max(follower.distance(point, math.dist(point, before)) for before, point in pairwise((given[0], *given))),
-        flatten(cart.timing),
+        max(map(_deviation, route_of(request).stretches)), path.ignored, flatten(cart.timing),
         path.shares(), provenance(command_line, configuration))
 
 

@@ -100,7 +100,7 @@ def make_course(curve: str, placement: Placement, path: PathRequest | tuple[()])
     """Return the course of the cart: the requested path if there is one, else a curve of CURVES."""
     if not path:
         return CurveCourse(CURVES[curve], placement)
-    from mobile_robot_control.reference.planned_path import plan  # noqa: PLC0415 (nodes without a path need no NumPy)
+    from mobile_robot_control.reference.motion import plan  # noqa: PLC0415 (nodes without a path need no NumPy)
 
     return plan(path)
 

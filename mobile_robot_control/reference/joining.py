@@ -8,50 +8,46 @@ reference; it leads to the new path some way ahead.
 import math
 from bisect import bisect_left
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from itertools import accumulate, pairwise, product
 from typing import NamedTuple
 
-import numpy as np
-
+from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.model.kinematics import turned_round
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.quantities import Pose, Reference
-from mobile_robot_control.reference.path_parameters import PathRequest, Timing
-from mobile_robot_control.reference.path_shape import Point, Span, bend, control_points, lay_grid, spans_of, spline
-from mobile_robot_control.reference.planned_path import (
-    ImpossibleError,
-    PlannedPath,
-    control_of,
-    is_fitted,
-    plan_grid,
-    points_of,
-    timed,
-)
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
+from mobile_robot_control.reference.motion import Motion, Part, Rest, Turn, parts_of, turn
+from mobile_robot_control.reference.path_parameters import PathRequest, can_turn
+from mobile_robot_control.reference.path_shape import Point, Span, bend, control_points, spline
+from mobile_robot_control.reference.planned_path import PlannedPath, timed
 from mobile_robot_control.reference.polyline import Follower, nearest, point_after
+from mobile_robot_control.reference.stopping import SLACK, moves, slackened, stop
+from mobile_robot_control.reference.stretches import PARTS, Route, Stretch, is_fitted, points_of, polyline, route_of
 
 _LENGTHS = (1.0, 2.0)
 """Lengths of the joint, in units of path.join_distance; the first feasible one is used."""
 _FROM_REST = (0.3, 0.6, *_LENGTHS)
 """Those of a cart that stands, which may bend more."""
-_PARTS, _STEP = 4, 0.05
-"""Segments of a polyline for each span of a fitted path; and their length along the present one [m]."""
-STANDS = 1e-3
-"""[m/s]: a slower cart counts as standing."""
+_STEP = 0.05
+"""[m] from a point of the present path to the next one that is compared with a new path."""
 _SAME_WAY = 1.02
 """Distance from a new path up to which the present one counts as the same, in tolerances: corners use up one."""
 _SAME_END = 1e-3
 """[m]: two paths with a smaller distance of their ends end together."""
-_SLACK = (1.0, 1.01)
-"""Shares of the limits; the previous motion may exceed them by this much between two points of its grid."""
+_SAME_HEADING = 0.02
+"""[rad]: two final headings with a smaller difference are the same."""
+_ASIDE = math.radians(60.0)
+"""A path that leads farther aside of a standing cart's heading begins with a turn on the spot."""
+_LOOK_AHEAD = 0.3
+"""[m] along a path to the point in whose direction it leads."""
 
 
-class _Route(NamedTuple):
+class _Way(NamedTuple):
     """
-    A new path before it is joined.
+    A stretch of a new path before it is joined.
 
     Attributes
     ----------
-    way : list of (float, float)
+    points : list of (float, float)
         A polyline along it [m].
     numbers : list of int
         The waypoint whose speed limit holds at each point of the polyline.
@@ -60,16 +56,22 @@ class _Route(NamedTuple):
 
     """
 
-    way: list[Point]
+    points: list[Point]
     numbers: list[int]
     after: Callable[[float], list[tuple[Point, int]]]
 
+    @property
+    def length(self) -> float:
+        """Of the polyline [m]."""
+        return sum(math.dist(*two) for two in pairwise(self.points))
 
-def _route(request: PathRequest) -> _Route:
-    """Return the route of a request; a closed one is driven from its first waypoint."""
+
+def _way(stretch: Stretch) -> _Way:
+    """Return the way of a stretch; a closed one is driven from its first waypoint."""
+    request = stretch.request
     path, points = request.path, points_of(request)
     if is_fitted(request):
-        return _fitted_route(request)
+        return _fitted_way(stretch)
     numbers = list(range(len(points)))
     if path.closed:
         points, numbers = path.laps * points + points[:1], path.laps * numbers + [0]
@@ -81,27 +83,64 @@ def _route(request: PathRequest) -> _Route:
         control = control_points([first, *points[rest:]], False, path.rounding)
         return [(point, numbers[max(0, number + rest - 1)]) for point, number in control]
 
-    return _Route(points, numbers, after)
+    return _Way(points, numbers, after)
 
 
-def _fitted_route(request: PathRequest) -> _Route:
-    path, control = request.path, control_of(request)
-    spans = path.laps * spans_of([point for point, _ in control], path.closed)
-    control = [control[n % len(control)] for n in range(len(spans) + 1)]
-    way = [span.at(part / _PARTS)[:2] for span in spans for part in range(_PARTS)] + [spans[-1].at(1.0)[:2]]
-    lengths = list(accumulate((math.dist(*two) for two in pairwise(way)), initial=0.0))[::_PARTS]
+def _fitted_way(stretch: Stretch) -> _Way:
+    control = [stretch.control[n % len(stretch.control)] for n in range(len(stretch.spans) + 1)]
+    points = polyline(stretch.spans)
+    lengths = list(accumulate((math.dist(*two) for two in pairwise(points)), initial=0.0))[::PARTS]
 
     def after(length: float) -> list[tuple[Point, int]]:
         return control[min(bisect_left(lengths, length), len(control) - 1):]
 
-    return _Route(way, [control[n // _PARTS][1] for n in range(len(way))], after)
+    return _Way(points, [control[n // PARTS][1] for n in range(len(points))], after)
 
 
-def join(
-    request: PathRequest, before: Reference, ahead: Sequence[Span] = (), anew: bool = False
-) -> PlannedPath | None:
+class _Start(NamedTuple):
     """
-    Plan a path that continues a reference.
+    The place on a new path nearest to the cart.
+
+    Attributes
+    ----------
+    number : int
+        Of the stretch.
+    length : float
+        Along the stretch [m].
+    away : float
+        Distance from the cart [m].
+
+    """
+
+    number: int
+    length: float
+    away: float
+
+
+def _start(route: Route, ways: Sequence[_Way], before: Reference, request: PathRequest) -> _Start:
+    """Return where a route begins for a cart, on its first part; raise ParameterError if that is too far away."""
+    at, most, near = before.pose[:2], request.path.join_distance, _SAME_WAY * request.path.rounding
+    left = math.dist(ways[0].points[0], at) + most
+    backward = math.copysign(1.0, before.velocity.linear) < 0.0
+    found = []
+    for number, way in enumerate(ways):
+        found.append(_Start(number, *nearest(way.points, at, left - math.dist(way.points[0], at))))
+        left -= way.length
+        if left <= 0.0:
+            break
+    # of two stretches beside a cusp, that in the cart's direction
+    best = min(found, key=lambda one: (
+        (0.0, route.stretches[one.number].backward != backward) if one.away <= near else (one.away, False)))
+    if best.away > most:
+        raise ParameterError([
+            f'the path begins {best.away:.3g} m from the cart, and path.join_distance is {most:g} m; begin it near the '
+            f'cart, at ({at[0]:.3g}, {at[1]:.3g}), or raise that'])
+    return best
+
+
+def join(request: PathRequest, before: Reference, rest: Rest | None = None, anew: bool = False) -> Motion | None:
+    """
+    Plan a motion that continues a reference.
 
     Parameters
     ----------
@@ -109,14 +148,15 @@ def join(
         The path; a closed one is driven from its first waypoint.
     before : Reference
         Pose and motion of the cart.
-    ahead : sequence of Span
-        The present path, from the cart on; () if it stands. The new motion leaves it where the new path does.
+    rest : Rest or None
+        The present motion, from the cart on; None if it stands at its end. The new motion leaves it where the new path
+        does; in a turn and backwards it stops first.
     anew : bool
         Whether the present motion keeps other limits than those of the request.
 
     Returns
     -------
-    PlannedPath or None
+    Motion or None
         None if the path leads where the present one does, or ends where the cart stands: the cart goes on. Not with
         `anew`.
 
@@ -126,32 +166,115 @@ def join(
         If the path begins too far away, has a cusp, or no motion along it keeps the limits.
 
     """
-    route, most = _route(request), request.path.join_distance
-    begin, away = nearest(route.way, before.pose[:2], most)
-    if away > most:
-        x, y = before.pose[:2]
-        raise ParameterError([
-            f'the path begins {away:.3g} m from the cart, and path.join_distance is {most:g} m; begin it near the '
-            f'cart, at ({x:.3g}, {y:.3g}), or raise that'])
-    beside, near = _beside(ahead, route, begin), _SAME_WAY * request.path.rounding
-    parting = next((one.travelled - near - _STEP for one in beside if one.away > near), None)
-    end = ahead[-1].at(1.0)[:2] if ahead else before.pose[:2]
-    if parting is None and math.dist(end, route.way[-1]) < _SAME_END and not (anew and ahead):
+    route = route_of(request)
+    ways = [_way(stretch) for stretch in route.stretches]
+    start = _start(route, ways, before, request)
+    if rest is None and _ends_at(ways, before.pose) and _turns_to(route, before.pose.heading):
         return None
+    if rest is not None and not anew and _is_same(rest, route, ways, before, request):
+        return None
+    if not moves(before):
+        return Motion(_from_rest(route, ways, start, before, request), route.ignored)
+    assert rest is not None  # noqa: S101 (for mypy: a cart that stands at its end does not move)
+    present = rest.parts[0]
+    if isinstance(present, PlannedPath) and not (present.backward or route.stretches[start.number].backward):
+        joined = _joined(ways[start.number], start, before, present.remaining(rest.time), request,
+                         route.stretches[start.number])
+        return Motion(_continued(joined, route, start.number), route.ignored)
+    stopped = stop(rest, request, before)
+    stands = stopped.reference(stopped.period)
+    start = _start(route, ways, stands, request)
+    return Motion([*stopped.parts, *_from_rest(route, ways, start, stands, request)], route.ignored)
+
+
+def _ends_at(ways: Sequence[_Way], pose: Pose) -> bool:
+    """Return whether a route ends at a pose, and is no lap from there to there."""
+    first, last = ways[0].points[0], ways[-1].points[-1]
+    return math.dist(last, pose[:2]) < _SAME_END and (
+        math.dist(first, pose[:2]) >= _SAME_END or (len(ways) == 1 and ways[0].length < _STEP))
+
+
+def _turns_to(route: Route, heading: float) -> bool:
+    """Return whether a route ends with a heading [rad], or with any."""
+    return route.heading is None or abs(wrap_angle(route.heading - heading)) < _SAME_HEADING
+
+
+def _is_same(
+    rest: Rest, route: Route, ways: Sequence[_Way], before: Reference, request: PathRequest
+) -> bool:
+    """Return whether a route leads where the rest of the present motion does."""
+    near, last = _SAME_WAY * request.path.rounding, rest.parts[-1]
+    if not _turns_to(route, last.reference(last.period).pose.heading) or (
+            isinstance(last, Turn) and route.heading is None):
+        return False
+    paths = [part for part in rest.parts if isinstance(part, PlannedPath)]
+    if len(paths) > len(ways):
+        return False
+    if not paths:
+        return math.dist(before.pose[:2], ways[-1].points[-1]) < near
+    spans = [path.remaining(rest.time) if path is rest.parts[0] else path.remaining(0.0) for path in paths]
+    begin = nearest(ways[-len(paths)].points, before.pose[:2], request.path.join_distance)[0]
+    return math.dist(paths[-1].reference(paths[-1].period).pose[:2], ways[-1].points[-1]) < _SAME_END and all(
+        path.backward == stretch.backward and all(one.away <= near for one in _beside(ahead, way, start))
+        for path, ahead, stretch, way, start in zip(
+            paths, spans, route.stretches[-len(paths):], ways[-len(paths):], [begin] + [0.0] * (len(paths) - 1),
+            strict=True))
+
+
+def _continued(joined: PlannedPath, route: Route, number: int) -> list[Part]:
+    """Return the parts after a joint to a stretch."""
+    heading = joined.reference(joined.period).pose.heading
+    return [joined, *parts_of(route, number + 1, heading)]
+
+
+def _from_rest(
+    route: Route, ways: Sequence[_Way], start: _Start, before: Reference, request: PathRequest
+) -> list[Part]:
+    """Return the parts from a cart at rest on; where the path leads far aside, it turns on the spot first."""
+    stretch, way = route.stretches[start.number], ways[start.number]
+    seen = turned_round(before) if stretch.backward else before
+    (x, y), (ahead, left) = (point_after(way.points, start.length + more)[0] for more in (0.0, _LOOK_AHEAD))
+    angle = wrap_angle(math.atan2(left - y, ahead - x) - seen.pose.heading) if (x, y) != (ahead, left) else 0.0
+    able = can_turn(request.timing, request.drive.stall_torque)
+    refusal = ParameterError([])
+    for turns in (False, True):
+        if (turns and not able) or (not turns and able and abs(angle) > _ASIDE):
+            continue
+        parts: list[Part] = []
+        pose = seen.pose
+        if turns:
+            parts.append(turn(before.pose, angle, request))
+            pose = pose._replace(heading=wrap_angle(pose.heading + angle))
+        try:
+            return parts + _continued(_joined(
+                way, start, Reference(pose, BodyVelocity(0.0, 0.0)), (), request, stretch), route, start.number)
+        except ParameterError as error:
+            refusal = refusal if refusal.violations else error
+    raise refusal
+
+
+def _joined(
+    way: _Way, start: _Start, before: Reference, ahead: Sequence[Span], request: PathRequest, stretch: Stretch
+) -> PlannedPath:
+    """Return the motion along a stretch, from a cart on whose present path the spans lie ahead."""
+    most, near = request.path.join_distance, _SAME_WAY * request.path.rounding
+    beside = _beside(ahead, way, start.length)
+    parting = next((one.travelled - near - _STEP for one in beside if one.away > near), None)
     curvature = before.velocity.angular / before.velocity.linear if before.velocity.linear else 0.0
-    places = [_Place([], [], before.pose, curvature, begin)]
+    places = [_Place([], [], before.pose, curvature, start.length)]
     leaves = (beside[-1].travelled if beside else 0.0) if parting is None else parting
     if leaves > most:
         places.append(_place(ahead, beside, leaves - most))
     refusal = ParameterError([])
     # as late as the limits allow
-    for place, length, slack in product(reversed(places), _LENGTHS if before.velocity.linear else _FROM_REST, _SLACK):
-        control = route.after(place.length + length * most)
+    for place, length, slack in product(reversed(places), _LENGTHS if before.velocity.linear else _FROM_REST, SLACK):
+        control = way.after(place.length + length * most)
         shape = [*_joint(place.pose, place.curvature, control[0][0]), *(point for point, _ in control)]
         spans = [*place.spans, *spline([*shape, _beyond(shape)])]
         try:
-            return timed(_slackened(request, slack), spans,
-                         [*place.numbers, control[0][1], *(number for _, number in control)], before.velocity.linear)
+            return timed(slackened(stretch.request, slack), spans,
+                         [*place.numbers, control[0][1], *(number for _, number in control)], before.velocity.linear,
+                         stretch.backward)
         except ParameterError as error:
             refusal = refusal if refusal.violations else error
     raise refusal
@@ -210,9 +333,9 @@ class _Beside(NamedTuple):
     number: int
 
 
-def _beside(ahead: Sequence[Span], route: _Route, begin: float) -> list[_Beside]:
-    """Return points of the present path, some centimetres apart, beside a route from a length [m] along it on."""
-    found, travelled, follower = [], 0.0, Follower(route.way, begin)
+def _beside(ahead: Sequence[Span], way: _Way, begin: float) -> list[_Beside]:
+    """Return points of the present path, some centimetres apart, beside a new one from a length [m] along it on."""
+    found, travelled, follower = [], 0.0, Follower(way.points, begin)
     for n, span in enumerate(ahead):
         before = span.at(0.0)[:2]
         parts = max(1, math.ceil(math.dist(before, span.at(1.0)[:2]) / _STEP))
@@ -220,7 +343,7 @@ def _beside(ahead: Sequence[Span], route: _Route, begin: float) -> list[_Beside]
             point = span.at(u)[:2]
             travelled, before = travelled + math.dist(before, point), point
             away = follower.distance(point)
-            found.append(_Beside(n, u, travelled, away, follower.length, route.numbers[follower.place]))
+            found.append(_Beside(n, u, travelled, away, follower.length, way.numbers[follower.place]))
     return found
 
 
@@ -232,69 +355,6 @@ def _place(ahead: Sequence[Span], beside: Sequence[_Beside], until: float) -> _P
     return _Place([*ahead[:leaving.span], ahead[leaving.span].until(leaving.u)],
                   [numbers[n] for n in range(leaving.span + 1)],
                   Pose(at.x, at.y, math.atan2(at.dy, at.dx)), bend(at).curvature, leaving.length)
-
-
-def _slackened(request: PathRequest, share: float) -> PathRequest:
-    """Return a request with a share of its limits."""
-    factor, fraction, *limits = request.timing
-    return request._replace(
-        timing=Timing(factor, fraction, *(share * limit for limit in limits)),
-        drive=request.drive._replace(stall_torque=share * request.drive.stall_torque))
-
-
-def stop(rest: Sequence[Span], request: PathRequest, before: Reference) -> PlannedPath:
-    """
-    Plan the shortest stop along the rest of a path.
-
-    Parameters
-    ----------
-    rest : sequence of Span
-        Rest of the path, from the cart on.
-    request : PathRequest
-        With the limits.
-    before : Reference
-        Motion of the cart, faster than STANDS.
-
-    """
-    # rather by more than a limit than not at all
-    for slack in (*_SLACK, 1.02, 1.05, 1.1, 1.2, 1.5, 2.0):
-        stopped = _stop(rest, _slackened(request, slack), before.velocity.linear)
-        if stopped is not None:
-            return stopped
-    raise ParameterError(['no stop on the rest of the path keeps the limits of timing'])
-
-
-def _stop(rest: Sequence[Span], request: PathRequest, speed: float) -> PlannedPath | None:
-    """Plan the shortest stop from a speed [m/s]; None if the limits do not allow one."""
-    def first_part(count: int) -> PlannedPath | None:
-        """Return the motion to a stop within so many intervals of the grid; None if there is none."""
-        part = grid.first(count)
-        with suppress(ImpossibleError):
-            return plan_grid(rest, part, request.timing, request.drive, np.full(count, np.inf), speed)
-        return None
-
-    count = 1
-    while True:
-        grid = lay_grid(list(rest[:count]))
-        longest = len(grid.length)
-        stopped = first_part(longest)
-        if stopped is not None:
-            break
-        if count >= len(rest):
-            return None
-        count *= 2
-    shortest = 0
-    while longest - shortest > 1:
-        middle = (shortest + longest) // 2
-        found = first_part(middle)
-        if found is None:
-            shortest = middle
-        else:
-            stopped, longest = found, middle
-    if longest > 1:
-        return stopped
-    # within the first interval, on a grid of its own: a slow cart would take long to its end
-    return _stop([rest[0].until(float(grid.u[0, 1]))], request, speed) or stopped
 
 
 def _joint(pose: Pose, curvature: float, first: Point) -> list[Point]:

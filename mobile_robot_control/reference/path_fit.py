@@ -112,7 +112,9 @@ def fitted(points: Sequence[Point], closed: bool, tolerance: float) -> list[tupl
     """
     given = [*points, points[0]] if closed else list(points)
     for radius in (_GATHERED * tolerance, 0.5 * _GATHERED * tolerance, 0.0):
-        kept = _without_overlaps(_gathered(given, radius))
+        kept, tips = _cleaned(_gathered(given, radius))
+        if tips:
+            raise TurnsBackError(tips[0])
         if len(kept) == 2 and kept[0][0] == kept[1][0]:
             continue  # it begins and ends at one place, and stays near it
         found, line = _within(np.array([point for point, _ in kept]), closed, tolerance)
@@ -140,28 +142,39 @@ def _mean(values: Sequence[float]) -> float:
     return math.fsum(values) / len(values)
 
 
-def _without_overlaps(kept: list[tuple[Point, int]]) -> list[tuple[Point, int]]:
-    """Return points without short stretches that lead back; raise TurnsBackError where the path turns back."""
-    found = list(kept)
+def turning_points(points: Sequence[Point], tolerance: float) -> list[int]:
+    """Return the numbers of the points at which a path turns back; overlaps do not count if it is fitted."""
+    if tolerance > 0.0 and is_dense(points):
+        return _cleaned(_gathered(points, _GATHERED * tolerance))[1]
+    return [n for n in range(1, len(points) - 1) if _leads_back(points[n - 1], points[n], points[n + 1])]
+
+
+def _leads_back(before: Point, at: Point, after: Point) -> bool:
+    dx, dy, ex, ey = at[0] - before[0], at[1] - before[1], after[0] - at[0], after[1] - at[1]
+    return dx * ex + dy * ey < _BACK * math.hypot(dx, dy) * math.hypot(ex, ey)
+
+
+def _cleaned(kept: list[tuple[Point, int]]) -> tuple[list[tuple[Point, int]], list[int]]:
+    """Return points without short stretches that lead back and on, and the numbers of those where they turn back."""
+    found, tips, last = list(kept), [], 0
     n = 1
     while n < len(found) - 1:
-        (x, y), number = found[n]
-        before, after = _beside(found, n, -1), _beside(found, n, 1)
-        dx, dy = x - before[0], y - before[1]
-        ex, ey = after[0] - x, after[1] - y
-        if dx * ex + dy * ey < _BACK * math.hypot(dx, dy) * math.hypot(ex, ey):
-            ahead = _ahead(found, n, (dx, dy))
+        at, before, after = found[n][0], _beside(found, n, -1, last), _beside(found, n, 1, len(found) - 1)
+        if _leads_back(before, at, after):
+            ahead = _ahead(found, n, (at[0] - before[0], at[1] - before[1]))
             if ahead is None:
-                raise TurnsBackError(number)
-            del found[n + 1:ahead]
+                last = n
+                tips.append(found[n][1])
+            else:
+                del found[n + 1:ahead]
         n += 1
-    return found
+    return found, tips
 
 
-def _beside(points: Sequence[tuple[Point, int]], n: int, step: int) -> Point:
+def _beside(points: Sequence[tuple[Point, int]], n: int, step: int, end: int) -> Point:
     """Return the first point at least _REACH along a polyline from a point, forwards or backwards; or its end."""
     way = 0.0
-    while 0 <= n + step < len(points) and way < _REACH:
+    while n != end and way < _REACH:
         way += math.dist(points[n][0], points[n + step][0])
         n += step
     return points[n][0]

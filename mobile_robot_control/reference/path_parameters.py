@@ -9,6 +9,8 @@ from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.waypoints import Waypoints
 
 NO_FILE = 'none'
+REFUSE, TURN, REVERSE = 'refuse', 'turn', 'reverse'
+"""Values of `path.turn_back`."""
 _ROUNDING = 0.05
 
 
@@ -32,6 +34,11 @@ class PathParameters(NamedTuple):
         float, Field('m', 'largest distance from the cart to the start of a path on the topic `path`, and the length '
                           'of the joint: larger accepts more paths, and joins them more gently', above=0.0)
     ] = 0.5
+    turn_back: Annotated[
+        str, Field('', f'a path that turns back: {REFUSE} it; {TURN} on the spot; or {REVERSE}, which drives backwards '
+                       'where a column direction or the headings say so', choices=(REFUSE, TURN, REVERSE))
+    ] = REFUSE
+    goal_heading: Annotated[bool, Field('', 'the robot turns on the spot to the heading of the last waypoint')] = False
     timeout: Annotated[
         float, Field('s', 'time after which the cart stops on a path of the topic `path` if no other one comes: larger '
                           'waits longer for the planner; 0 means none', minimum=0.0)
@@ -41,6 +48,11 @@ class PathParameters(NamedTuple):
     def rounding(self) -> float:
         """Largest distance of the path from a corner, also without a tolerance [m]."""
         return self.tolerance or _ROUNDING
+
+    @property
+    def uses_headings(self) -> bool:
+        """Whether the headings of waypoints have a meaning."""
+        return self.turn_back != REFUSE or self.goal_heading
 
 
 class Timing(NamedTuple):
@@ -128,6 +140,12 @@ class PathRequest(NamedTuple):
     drive: Drive
 
 
+def can_turn(timing: Timing, stall_torque: float) -> bool:
+    """Return whether the limits bound a turn on the spot."""
+    return bool((timing.max_angular_velocity or timing.max_wheel_velocity)
+                and (timing.max_angular_acceleration or timing.max_wheel_torque or stall_torque))
+
+
 def path_violations(path: PathParameters, timing: Timing, stall_torque: float) -> Iterator[str]:
     """Yield the limits that a path still needs before it can be planned."""
     if not (timing.max_linear_velocity or timing.max_wheel_velocity):
@@ -136,5 +154,9 @@ def path_violations(path: PathParameters, timing: Timing, stall_torque: float) -
     if not (timing.max_linear_acceleration or timing.max_wheel_torque or stall_torque):
         yield (f"curve = '{PATH}' needs a limit of the acceleration: set timing.max_linear_acceleration or "
                'timing.max_wheel_torque, or name a robot with --robot')
+    if path.uses_headings and not can_turn(timing, stall_torque):
+        yield (f'path.turn_back = {path.turn_back} and path.goal_heading = {path.goal_heading} need limits of a turn '
+               'on the spot: set timing.max_angular_velocity or timing.max_wheel_velocity, and '
+               'timing.max_angular_acceleration or timing.max_wheel_torque')
     if path.laps > 1 and not path.closed:
         yield f'path.laps = {path.laps} needs path.closed = true'

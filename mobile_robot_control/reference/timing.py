@@ -46,6 +46,8 @@ class Intervals(NamedTuple):
         dκ/ds there, within the interval [1/m²].
     speed : array of float, shape (N + 1,)
         Speed limit at each point, in addition to those of Timing; inf for none [m/s].
+    travel : float
+        1 along a path; 0 for a turn on the spot, whose length is its angle [rad] and whose curvature is 1 or -1.
 
     """
 
@@ -53,6 +55,7 @@ class Intervals(NamedTuple):
     curvature: Floats
     sharpness: Floats
     speed: Floats
+    travel: float = 1.0
 
 
 class Row(NamedTuple):
@@ -109,9 +112,9 @@ def _torque_rows(grid: Intervals, timing: Timing, drive: Drive) -> list[Row]:
     r, half, share = robot.wheel_radius, half_separation(robot), timing.torque_fraction
     for side in (1.0, -1.0):
         # the wheel turns by 1/r (1 + side R κ) along the path
-        rim = 1.0 + side * half * grid.curvature
+        rim = grid.travel + side * half * grid.curvature
         friction = drive.coulomb * np.sign(rim)
-        c1 = (linear_inertia(robot) + side * half * angular_inertia(robot) * grid.curvature) / r
+        c1 = (grid.travel * linear_inertia(robot) + side * half * angular_inertia(robot) * grid.curvature) / r
         c2 = side * half * angular_inertia(robot) * grid.sharpness / r
         c3 = robot.viscous_friction * rim / r
         if timing.max_wheel_torque:
@@ -129,7 +132,7 @@ def _rows(grid: Intervals, timing: Timing, drive: Drive) -> list[Row]:
     ones, none = np.ones_like(grid.curvature), np.zeros_like(grid.curvature)
     rows = []
     if timing.max_linear_acceleration:
-        rows += _both_ways('linear acceleration', ones, none, none, timing.max_linear_acceleration)
+        rows += _both_ways('linear acceleration', grid.travel * ones, none, none, timing.max_linear_acceleration)
     if timing.max_angular_acceleration:
         rows += _both_ways('angular acceleration', grid.curvature, grid.sharpness, none,
                            timing.max_angular_acceleration)
@@ -139,15 +142,15 @@ def _rows(grid: Intervals, timing: Timing, drive: Drive) -> list[Row]:
 def _speed_limits(grid: Intervals, timing: Timing, drive: Drive) -> dict[str, Floats]:
     """Return the largest speed under each limit without acceleration, at both ends of each interval [m/s]."""
     bend = np.abs(grid.curvature)
-    rim = 1.0 + half_separation(drive.robot) * bend
+    rim = grid.travel + half_separation(drive.robot) * bend
     found = {'waypoint speed': np.stack([grid.speed[:-1], grid.speed[1:]], axis=1)}
-    with np.errstate(divide='ignore'):
+    with np.errstate(divide='ignore', over='ignore'):
         if timing.max_linear_velocity:
-            found['linear velocity'] = np.full_like(bend, timing.max_linear_velocity)
+            found['linear velocity'] = timing.max_linear_velocity / np.full_like(bend, grid.travel)
         if timing.max_angular_velocity:
             found['angular velocity'] = timing.max_angular_velocity / bend
         if timing.max_lateral_acceleration:
-            found['lateral acceleration'] = np.sqrt(timing.max_lateral_acceleration / bend)
+            found['lateral acceleration'] = np.sqrt(timing.max_lateral_acceleration / (grid.travel * bend))
         if timing.max_wheel_velocity:
             found['wheel velocity'] = timing.max_wheel_velocity * drive.robot.wheel_radius / rim
     return found

@@ -25,10 +25,12 @@ SAME = 1e-6
 """[m]: nearer waypoints count as equal."""
 _TURN = 0.1
 """[rad]: equal waypoints whose headings differ by more ask for a turn on the spot."""
+_DIRECTIONS = {'1': 1, '+1': 1, 'forward': 1, 'forwards': 1, '-1': -1, 'backward': -1, 'backwards': -1}
+"""What a text in a column `direction` means."""
 _MEANINGS = {
     **dict.fromkeys(('x', 'x_m'), 'x'), **dict.fromkeys(('y', 'y_m'), 'y'),
     **dict.fromkeys(('speed', 'velocity', 'vx_mps'), 'speed'),
-    **dict.fromkeys(('heading', 'yaw', 'theta', 'psi_rad'), 'heading'),
+    **dict.fromkeys(('heading', 'yaw', 'theta', 'psi_rad'), 'heading'), 'direction': 'direction',
     # of racing lines and recordings: they follow from the positions, or are not needed
     **dict.fromkeys(('s', 's_m', 'kappa_radpm', 'ax_mps2', 't', 'time', 'stamp'), ''),
 }
@@ -56,6 +58,12 @@ class Waypoints(NamedTuple):
         Number of points that were equal to the one before, and are left out.
     frame : str
         Frame that the source names; '' for none.
+    headings : tuple of float or None
+        Heading at each on arrival [rad], None for unknown ones; () if none is known.
+    turns : tuple of float
+        Turn on the spot at each, by the headings of its repetitions [rad]; () if there is none.
+    directions : tuple of int
+        1 forwards, -1 backwards from each point on, 0 if the source does not say; () if it never does.
 
     """
 
@@ -64,6 +72,14 @@ class Waypoints(NamedTuple):
     places: tuple[str, ...]
     repeated: int = 0
     frame: str = ''
+    headings: tuple[float | None, ...] = ()
+    turns: tuple[float, ...] = ()
+    directions: tuple[int, ...] = ()
+
+    def part(self, first: int, last: int) -> 'Waypoints':
+        """Return the waypoints from one number to another."""
+        kept = slice(first, last + 1)
+        return Waypoints(self.points[kept], self.speeds[kept], self.places[kept])
 
 
 _Row = tuple[int, Mapping[str, Any]]
@@ -162,7 +178,7 @@ def _understood(names: Sequence[str], place: str) -> list[str]:
     unknown = [name for name in names if name not in _MEANINGS]
     if unknown:
         raise ParameterError([f"{place}: the column '{shortened(unknown[0], 40)}' is not understood; leave it out, or "
-                              'name it x, y, speed or heading'])
+                              'name it x, y, speed, heading or direction'])
     meanings = [_MEANINGS[name] for name in names]
     for meaning in ('x', 'y'):
         count = meanings.count(meaning)
@@ -250,8 +266,8 @@ def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any
     Parameters
     ----------
     rows : sequence of (str, mapping or sequence)
-        Origin of each, and its x, y [m], speed [m/s] and heading [rad] by name, of which the last two may be absent;
-        or in this order.
+        Origin of each, and its x, y [m], speed [m/s], heading [rad] and direction by name, of which the last three may
+        be absent; or x, y and speed in this order.
     source : str
         The common source.
 
@@ -265,7 +281,11 @@ def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any
     points: list[tuple[float, float]] = []
     speeds: list[float] = []
     places: list[str] = []
-    heading, repeated = math.nan, 0
+    headings: list[float | None] = []
+    turns: list[float] = []
+    directions: list[int] = []
+    heading: float | None = None
+    repeated = 0
     for place, row in rows:
         fields = row if isinstance(row, Mapping) else dict(zip(('x', 'y', 'speed'), row, strict=False))
         wrong = _row_violation(fields)
@@ -274,14 +294,19 @@ def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any
             continue
         x, y = float(fields['x']), float(fields['y'])
         limit, before, heading = fields.get('speed', ''), heading, _heading(fields)
+        direction = _DIRECTIONS.get(str(fields.get('direction', '')).strip().lower(), 0)
         if points and math.hypot(x - points[-1][0], y - points[-1][1]) < SAME:
-            if abs(wrap_angle(heading - before)) > _TURN:
-                violations.setdefault(_SPOT, []).append(f'{place}: ({x:g}, {y:g}){_SPOT}')
+            if before is not None and heading is not None:
+                turns[-1] += wrap_angle(heading - before)
             repeated += 1
             if limit != '':
                 speeds[-1] = float(limit)
+            directions[-1] = direction or directions[-1]
             continue
         points.append((x, y))
+        headings.append(heading)
+        turns.append(0.0)
+        directions.append(direction or (directions[-1] if directions else 0))
         speeds.append(float(limit) if limit != '' else speeds[-1] if speeds else math.inf)
         places.append(place)
     if not violations and len(points) < 2:
@@ -293,16 +318,16 @@ def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any
     if violations:
         raise ParameterError(first + (f' (and {len(others)} more of this kind)' if others else '')
                              for first, *others in list(violations.values())[:10])
-    return Waypoints(tuple(points), tuple(speeds), tuple(places), repeated)
+    turns = [turn if abs(turn) > _TURN else 0.0 for turn in turns]
+    return Waypoints(tuple(points), tuple(speeds), tuple(places), repeated,
+                     headings=tuple(headings) if any(one is not None for one in headings) else (),
+                     turns=tuple(turns) if any(turns) else (), directions=tuple(directions) if any(directions) else ())
 
 
-_SPOT = ' turns on the spot, which no path does; leave it out'
-
-
-def _heading(fields: Mapping[str, Any]) -> float:
-    """Return the heading of a row [rad]; NaN without one."""
+def _heading(fields: Mapping[str, Any]) -> float | None:
+    """Return the heading of a row [rad]."""
     heading = fields.get('heading', '')
-    return float(heading) if heading != '' else math.nan
+    return float(heading) if heading != '' else None
 
 
 class _Violation(NamedTuple):
@@ -321,13 +346,13 @@ def _row_violation(fields: Mapping[str, Any]) -> _Violation | None:
         return _Violation(f"'{shortened(row, 60)}'", f' has {row.count(",") + 1} fields; {_REMEDY}')
     if _UNKNOWN in fields:
         return _Violation('', f"has '{shortened(str(fields[_UNKNOWN]), 40)}', which is not understood; leave it out")
-    told = ','.join(shortened(str(field), 20) for field in fields.values())
+    told = "'" + ','.join(shortened(str(field), 20) for field in fields.values()) + "'"
     given = {name: fields[name] for name in ('x', 'y', 'speed', 'heading')
              if name in fields and (name in ('x', 'y') or fields[name] != '')}
     try:
         numbers = {name: float(value) for name, value in given.items()}
     except (TypeError, ValueError):
-        return _Violation(f"'{told}'", f' is no {",".join(given)} in numbers')
+        return _Violation(told, f' is no {",".join(given)} in numbers')
     rule = ''
     if not all(map(math.isfinite, numbers.values())):
         rule = ' is not finite; write numbers'
@@ -335,5 +360,6 @@ def _row_violation(fields: Mapping[str, Any]) -> _Violation | None:
         rule = f' lies beyond {LARGEST:g} m'
     elif numbers.get('speed', 1.0) <= 0.0:
         told, rule = f'speed = {numbers["speed"]:g} m/s', '; write more than 0, or leave it out'
-        return _Violation(told, rule)
-    return _Violation(f"'{told}'", rule) if rule else None
+    elif str(fields.get('direction', '') or '1').strip().lower() not in _DIRECTIONS:
+        told, rule = f'direction = {shortened(str(fields["direction"]), 20)}', '; write 1 or -1'
+    return _Violation(told, rule) if rule else None

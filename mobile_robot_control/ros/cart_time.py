@@ -87,13 +87,13 @@ class CartCourse:
 
     def question(self, message: bytes, time: int) -> 'PathQuestion':
         """Make the planning question for a message on `path` at a time along the course [ns]."""
-        from mobile_robot_control.reference.planned_path import PlannedPath  # noqa: PLC0415 (needs NumPy)
+        from mobile_robot_control.reference.motion import Motion  # noqa: PLC0415 (needs NumPy)
         from mobile_robot_control.ros.path_planning import PathQuestion  # noqa: PLC0415 (needs NumPy)
 
         since = (time - self._begins) / NANOSECONDS
         return PathQuestion(
             message, self._cart.shared.odom_frame_id, path_request(self._cart, Waypoints((), (), ())),
-            self._course.reference(since), self._course if isinstance(self._course, PlannedPath) else None, since,
+            self._course.reference(since), self._course if isinstance(self._course, Motion) else None, since,
             self._cart.timing != self._timing)
 
     def check_takes_paths(self) -> None:
@@ -131,6 +131,11 @@ class CartCourse:
     def references(self, time: int) -> tuple[Reference, ...]:
         """Return the reference at a time along the course [ns] and at the ticks of the horizon."""
         return references_along(self._course, self._horizon)(time - self._begins, self._period)
+
+    @property
+    def ignored(self) -> tuple[str, ...]:
+        """Headings of the path that are not used, in words."""
+        return getattr(self._course, 'ignored', ())
 
     def lap(self) -> list[Pose]:
         """Return the poses of one lap, or of a whole path; none if the cart awaits its path."""

@@ -8,10 +8,10 @@ from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, read_path
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Reference
-from mobile_robot_control.reference.joining import STANDS, join, stop
+from mobile_robot_control.reference.joining import join
+from mobile_robot_control.reference.motion import Motion
 from mobile_robot_control.reference.path_parameters import PathRequest
-from mobile_robot_control.reference.path_shape import Point
-from mobile_robot_control.reference.planned_path import PlannedPath
+from mobile_robot_control.reference.stopping import moves, stop
 from mobile_robot_control.reference.waypoints import checked_waypoints
 from mobile_robot_control.topics import PATH_TOPIC
 
@@ -32,7 +32,7 @@ class PathQuestion(NamedTuple):
         Limits; its waypoints are not used.
     at : Reference
         Pose and motion of the cart at the start of the path.
-    course : PlannedPath or None
+    course : Motion or None
         Its course then; None if it stands.
     time : float
         Since the start of that course [s].
@@ -45,7 +45,7 @@ class PathQuestion(NamedTuple):
     frame: str
     request: PathRequest
     at: Reference
-    course: PlannedPath | None
+    course: Motion | None
     time: float
     anew: bool = False
 
@@ -56,10 +56,10 @@ class PathAnswer(NamedTuple):
 
     Attributes
     ----------
-    planned : PlannedPath or None
+    planned : Motion or None
         None if it stands.
-    points : list of (float, float)
-        Positions of the message [m]; none for a stop.
+    points : list of tuple of float
+        Positions of the message [m], with headings [rad] if `path` uses them; none for a stop.
     refusal : tuple of str
         A reason and its detail; () without a refusal.
     goes_on : bool
@@ -69,8 +69,8 @@ class PathAnswer(NamedTuple):
 
     """
 
-    planned: PlannedPath | None
-    points: list[Point]
+    planned: Motion | None
+    points: list[tuple[float, ...]]
     refusal: tuple[str, ...] = ()
     goes_on: bool = False
     seconds: float = 0.0
@@ -84,24 +84,28 @@ def answer(question: PathQuestion) -> PathAnswer:
 
 def _answered(question: PathQuestion) -> PathAnswer:
     try:
-        points = read_or_refuse(
+        poses = read_or_refuse(
             PATH_KIND, (partial(deserialise, PATH_KIND), partial(read_path, frame=question.frame)), question.message)
     except RefusedMessageError as error:
         return PathAnswer(None, [], (error.reason, error.detail), goes_on=True)
-    ahead = question.course.remaining(question.time) if question.course and question.at.velocity.linear > STANDS else []
+    course, request = question.course, question.request
+    # rounded, so that the heading of a message that is written again is the same to the last bit
+    points = [(pose.x, pose.y, round(pose.heading, 9)) if request.path.uses_headings else pose[:2] for pose in poses]
+    rest = course.rest(question.time) if course and question.time < course.period else None
     refusal: tuple[str, ...] = ()
     if points:
         try:
-            waypoints = checked_waypoints([(f'pose {n}', point) for n, point in enumerate(points)], PATH_TOPIC)
-            planned = join(question.request._replace(waypoints=waypoints), question.at, ahead, question.anew)
+            rows = [(f'pose {n}', dict(zip(('x', 'y', 'heading'), one, strict=False))) for n, one in enumerate(points)]
+            waypoints = checked_waypoints(rows, PATH_TOPIC)
+            planned = join(request._replace(waypoints=waypoints), question.at, rest, question.anew)
             return PathAnswer(planned, points, goes_on=planned is None)
         except ParameterError as error:
             refusal = 'cannot be driven', '; '.join(error.violations)
-    if not ahead:
+    if rest is None or not moves(question.at):
         return PathAnswer(None, [], refusal, goes_on=bool(refusal))
     try:
         # not the rest of the present path, which the planner has given up
-        stopped = stop(ahead, question.request, question.at)
+        stopped = stop(rest, request, question.at)
     except ParameterError as error:
         return PathAnswer(None, [], ('cannot be driven', '; '.join([*refusal[1:], *error.violations])), goes_on=True)
     return PathAnswer(stopped, [], (refusal[0], f'the cart stops: {refusal[1]}') if refusal else ())

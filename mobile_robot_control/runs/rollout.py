@@ -9,7 +9,13 @@ from mobile_robot_control.control.law import LawFailedError, is_sound
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop.closed_loop import Coming, Loop, Sample
 from mobile_robot_control.loop.indices import MeasuredRun
-from mobile_robot_control.loop.ticks import UNKNOWN_TORQUE, make_position_tick, make_velocity_tick, shows_the_truth
+from mobile_robot_control.loop.ticks import (
+    UNKNOWN_TORQUE,
+    driving_step,
+    make_position_tick,
+    make_velocity_tick,
+    shows_the_truth,
+)
 from mobile_robot_control.loop.trial import Trial, course_of_trial, make_trial, prepared_loop
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.disturbance import with_push
@@ -92,7 +98,7 @@ def trial_rollout(
     """
     velocity_period = period_nanoseconds(configuration.plant.shared.velocity_rate)
     loop, state, form = prepared_loop(trial), trial.state, trial.form
-    position_tick = make_position_tick(LAWS[trial.law].step, form)
+    position_tick = make_position_tick(driving_step(LAWS[trial.law].step, form), form)
     velocity_tick, sensors = make_velocity_tick(form), sensing(form.plant)
     references_at = references_along(course_of_trial(trial), trial.form.horizon)
     position_period = trial.ratio * velocity_period

@@ -12,6 +12,7 @@ from mobile_robot_control.control.laws import declared_gains
 from mobile_robot_control.control.velocity_pi import is_stable
 from mobile_robot_control.loop.indices import objective
 from mobile_robot_control.loop.scenarios import Scenario, configured_scenario, scenario_trial
+from mobile_robot_control.loop.ticks import driving_start
 from mobile_robot_control.loop.trial import Outcome, Trial
 from mobile_robot_control.search import space
 from mobile_robot_control.search.genetic import Points, Scores
@@ -182,7 +183,7 @@ class Objective:
                 law=law.name,
                 loop=trial.loop._replace(
                     velocity_gains=gains.velocity, law_gains=law_gains, lead=lead(gains.control.feedforward)),
-                state=trial.state._replace(law=law.start),
+                state=trial.state._replace(law=driving_start(law, trial.form)),
             )
             for trial in self._trials
         ]

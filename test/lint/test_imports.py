@@ -16,7 +16,8 @@ FILES = sorted(path for path in PACKAGE.rglob('*.py') if path != PACKAGE / '__in
 MAY_IMPORT_ROS = {'ros', 'messages', 'experiment', 'dashboard'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
 WITH_ARRAYS = {'experiment/excitation.py', 'loop/batch.py', 'loop/monte_carlo.py', *(
-    f'reference/{name}.py' for name in ('joining', 'path_fit', 'path_shape', 'planned_path', 'timing'))}
+    f'reference/{name}.py' for name in (
+        'joining', 'motion', 'path_fit', 'path_shape', 'planned_path', 'stopping', 'timing'))}
 MAY_IMPORT_HEAVY = {'analysis', 'benchmarking', 'figures', 'identification', 'pages', 'planning', 'report', 'runs',
                     'search', 'studying'}
 ROS = {'rclpy', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs', 'rcl_interfaces', 'rosgraph_msgs',

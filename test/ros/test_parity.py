@@ -166,15 +166,15 @@ PATH = """
 /**/reference_cart:
   ros__parameters:
     curve: path
-    path: {file: bend.csv, tolerance: 0.1}
-    timing: {max_linear_velocity: 0.5, max_linear_acceleration: 1.0, max_wheel_torque: 0.4}
+    path: {file: bend.csv, tolerance: 0.1, turn_back: reverse}
+    timing: {max_linear_velocity: 0.5, max_linear_acceleration: 1.0, max_wheel_torque: 0.4, max_angular_velocity: 3.0}
 """
 
 
-def test_nodes_and_simulate_drive_a_path_alike_to_its_end(domain, tmp_path):
+def test_nodes_and_simulate_drive_a_path_forwards_on_the_spot_and_backwards_alike_to_its_end(domain, tmp_path):
     file = tmp_path / 'path.yaml'
     file.write_text(PATH)
-    (tmp_path / 'bend.csv').write_text('x,y\n0,0\n0.5,0\n0.5,0.5\n')
+    (tmp_path / 'bend.csv').write_text('x,y,heading\n0,0,0\n0.5,0,0\n0.5,0,-1.5\n0.5,0.5,-1.57\n')
     seconds = round(course_of(configure(load([file])).reference_cart).period + 0.5, 2)
     assert 3.0 < seconds < 10.0
     configuration, arguments = _configured(tmp_path, seconds, [file])

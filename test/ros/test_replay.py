@@ -146,6 +146,46 @@ def test_a_run_of_waypoints_is_replayed_when_their_file_has_gone_until_a_node_is
     assert 'was broken off after' in out
 
 
+REVERSING = """
+/**: {ros__parameters: {reference_horizon: 1, feedforward.enabled: true}}
+/**/reference_cart:
+  ros__parameters:
+    curve: path
+    path: {file: back.csv, turn_back: reverse}
+    timing: {max_linear_velocity: 0.5, max_linear_acceleration: 1.0, max_angular_velocity: 1.5,
+             max_angular_acceleration: 3.0}
+"""
+
+
+def test_new_paths_at_a_cusp_backwards_and_in_a_turn_are_replayed_to_the_last_bit(robot, tmp_path):
+    recorded, replayed = tmp_path / 'recorded', tmp_path / 'replayed'
+    (tmp_path / 'reversing.yaml').write_text(REVERSING)
+    (tmp_path / 'back.csv').write_text('x,y,heading\n0,0,0\n0.3,0,0\n-0.5,0,0.01\n')
+    run = start(recorded, '--duration', 9.0, '--params-file', tmp_path / 'reversing.yaml')
+    paths = robot.recorder.create_publisher(Path, 'path', 10)
+    robot.spin_until(lambda: robot.recorder.has_every_topic() and robot.time() > 0.0 and paths.get_subscription_count())
+    for seconds, poses in ((1.1, [(0.3, 0.0, 0.0), (-0.6, 0.0, 0.01)]),
+                           (1.7, [(0.1, 0.0, 1.5), (-0.1, 0.4, 1.8), (-0.1, 0.7, 1.5)]),
+                           (2.6, [(0.0, 0.0, 3.0), (-0.5, 0.05, 3.0), (-0.5, 0.05, 1.5)])):
+        path = path_message('odom', [Pose(*pose) for pose in poses])
+        path.header.stamp.sec, path.header.stamp.nanosec = int(seconds), round(seconds % 1.0 * 1e9)
+        paths.publish(path)
+    paths.wait_for_all_acked()
+    _set(robot, 'plant', real_time_factor=0.0)
+    _, error = run.communicate(timeout=120)
+    assert run.returncode == 0, error
+    replay(recorded, replayed, '--composed')
+    assert courses(replayed) == courses(recorded)
+    assert courses(recorded)[1] >= 3
+    at = {round(sample.time, 3): sample.tick for sample in read_bag(recorded / 'bag').samples}
+    assert at[1.08].reference.velocity.linear > 0.0 > at[1.69].reference.velocity.linear
+    turning = at[2.59].reference.velocity
+    assert turning.linear == 0.0 < turning.angular
+    assert at[9.0].reference.velocity == (0.0, 0.0)
+    assert at[9.0].reference.pose == pytest.approx((-0.5, 0.05, 1.5), abs=1e-6)
+    assert max(max(map(abs, one.error)) for one in at.values()) < 0.02
+
+
 @pytest.mark.soak
 def test_a_bag_without_events_is_replayed_as_a_plain_run_and_one_of_other_gains_differs(domain, tmp_path):
     recorded = tmp_path / 'recorded'

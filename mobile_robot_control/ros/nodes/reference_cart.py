@@ -94,7 +94,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self._paths.prepare()
         subscribe_to_paths(self, self._receive_path)
         self._pose = Pose(0.0, 0.0, 0.0)
-        self._taken: list[tuple[float, float]] | None = None
+        self._taken: list[tuple[float, ...]] | None = None
         self._plans: Counter[str] = Counter()
         self._heard: float | None = None  # time of the last path along the course [s]
         self._path = self.create_publisher(Path, 'reference_path', LATCHED)
@@ -112,6 +112,8 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     def _publish_path(self) -> None:
         self._path.publish(writing.path_message(self._shared.odom_frame_id, self._course.lap()))
+        for words in self._course.ignored:
+            self.get_logger().warning(words)
 
     def _waits_for_a_run(self, changed: Mapping[str, Any]) -> bool:
         return self._time.waits_for_a_run(changed)
@@ -189,7 +191,8 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self.get_logger().info('the cart stops on its path')
             return
         self.get_logger().info(f'takes over a path of {len(points)} poses')
-        self.get_logger().info('the orientations and stamps of its poses are not used', once=True)
+        used = 'stamps' if self.parameters.path.uses_headings else 'orientations and stamps'
+        self.get_logger().info(f'the {used} of its poses are not used', once=True)
 
     def begin(self, inputs: Inputs, joins: bool) -> None:
         """Begin at the start of the curve; in a joined run, at the place of the stamp."""

@@ -8,10 +8,10 @@ import pytest
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
 from mobile_robot_control.reference.joining import join
+from mobile_robot_control.reference.motion import plan
 from mobile_robot_control.reference.path_fit import TurnsBackError, fitted
 from mobile_robot_control.reference.path_parameters import Drive, PathParameters, PathRequest, Timing
 from mobile_robot_control.reference.path_shape import spans_of
-from mobile_robot_control.reference.planned_path import plan
 from mobile_robot_control.reference.waypoints import checked_waypoints
 
 TIMING = Timing(max_linear_velocity=0.4, max_linear_acceleration=0.4, max_angular_velocity=1.2,
@@ -118,7 +118,7 @@ def test_the_lowest_speed_limit_of_dense_points_holds_in_their_span():
 
 
 def moving(path, time):
-    return path.accelerated(time), path.remaining(time)
+    return path.accelerated(time), path.rest(time)
 
 
 @pytest.mark.parametrize(('begin', 'tolerated'), [(4.0, 0.0), (4.0, 0.03), (0.5, 0.02)])

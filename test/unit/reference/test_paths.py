@@ -14,10 +14,12 @@ from toppra_oracle import Oracle
 from mobile_robot_control.control.compensation import inverse_dynamics
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.reference.joining import STANDS, join, stop
+from mobile_robot_control.reference.joining import join
+from mobile_robot_control.reference.motion import Motion, plan
 from mobile_robot_control.reference.path_parameters import Drive, PathParameters, PathRequest, Timing
 from mobile_robot_control.reference.path_shape import TooSharpError, control_points, lay_grid, spans_of
-from mobile_robot_control.reference.planned_path import plan, plan_spans
+from mobile_robot_control.reference.planned_path import plan_spans
+from mobile_robot_control.reference.stopping import STANDS, stop
 from mobile_robot_control.reference.waypoints import checked_waypoints
 
 TIMING = Timing(max_linear_velocity=0.6, max_linear_acceleration=0.5, max_angular_acceleration=4.0,
@@ -118,7 +120,7 @@ def test_a_stop_anywhere_goes_on_from_the_motion_before_and_keeps_the_limits(poi
     path = plan_spans(smooth_shape(points), timing, Drive())
     time = share * path.period
     before = path.accelerated(time)
-    stopped = stop(path.remaining(time), request(RECTANGLE, timing=timing), before)
+    stopped = stop(Motion([path]).rest(time), request(RECTANGLE, timing=timing), before)
     at = stopped.accelerated(0.0)
     assert (*at.pose, *at.velocity) == pytest.approx((*before.pose, *before.velocity), abs=1e-6)
     assert stopped.accelerated(stopped.period).velocity == (0.0, 0.0)
@@ -137,7 +139,7 @@ def test_a_new_path_goes_on_from_the_motion_before_or_is_refused(share, turn, as
     cos, sin = math.cos(heading + turn), math.sin(heading + turn)
     points = [(x + along * cos - aside * sin, y + along * sin + aside * cos) for along in (ahead, 1.0, 2.5)]
     try:
-        joined = join(request(points), before)
+        joined = join(request(points), before, Motion([path]).rest(share * path.period))
     except ParameterError:
         # too far, or too sharp for the speed
         assume(False)
@@ -149,22 +151,23 @@ def test_a_new_path_goes_on_from_the_motion_before_or_is_refused(share, turn, as
 
 
 def test_a_path_far_from_the_cart_and_one_that_comes_too_late_for_its_speed_are_refused():
-    before = plan_spans(shape_of([(0.0, 0.0), (4.0, 0.0)]), TIMING, Drive()).accelerated(4.0)
+    path = Motion([plan_spans(shape_of([(0.0, 0.0), (4.0, 0.0)]), TIMING, Drive())])
+    before, rest = path.accelerated(4.0), path.rest(4.0)
     x = before.pose.x
     with pytest.raises(ParameterError, match=r'begins 0\.6 m from the cart, .* near the cart, at \(1\.98, 0\)'):
-        join(request([(x + 0.6, 0.0), (x + 2.0, 0.0)]), before)
+        join(request([(x + 0.6, 0.0), (x + 2.0, 0.0)]), before, rest)
     with pytest.raises(ParameterError, match=r'no motion from here keeps the limits .* at its start is too fast'):
-        join(request([(x, 0.0), (x + 0.1, 0.05), (x + 0.1, 2.0)]), before)
+        join(request([(x, 0.0), (x + 0.1, 0.05), (x + 0.1, 2.0)]), before, rest)
 
 
 @pytest.mark.parametrize('left', [0.1, 0.02, 0.003])
 def test_a_stop_of_a_cart_that_stops_already_takes_no_longer(left):
     path = plan(request([(0.0, 0.0), (1.0, 0.2), (4.0, 0.0)]))
     asked = request(RECTANGLE)
-    stopped = stop(path.remaining(3.0), asked, path.accelerated(3.0))
+    stopped = stop(path.rest(3.0), asked, path.accelerated(3.0))
     at = stopped.period - left
     assert stopped.accelerated(at).velocity.linear > STANDS
-    assert stop(stopped.remaining(at), asked, stopped.accelerated(at)).period < 1.3 * left
+    assert stop(stopped.rest(at), asked, stopped.accelerated(at)).period < 1.3 * left
 
 
 def test_a_closed_path_may_repeat_its_first_waypoint():
@@ -223,7 +226,7 @@ def request(points, speeds='', path=OPEN, timing=TIMING):
 
 def test_a_speed_of_a_waypoint_is_a_limit_and_laps_are_driven_without_a_stop():
     slow = plan(request(RECTANGLE, speeds=(0.2,)))
-    assert slow.speeds.max() == pytest.approx(0.2)
+    assert slow.parts[0].speeds.max() == pytest.approx(0.2)
     once, twice = (plan(request(RECTANGLE, path=PathParameters(closed=True, laps=laps))) for laps in (1, 2))
     assert twice.length == pytest.approx(2.0 * once.length)
     assert twice.period < 2.0 * once.period - 0.5

@@ -55,7 +55,7 @@ def test_a_frame_that_a_file_names_must_be_that_of_odometry(tmp_path):
 @each_row(('name', 'text', 'words'), [
     ('a.csv', '0,0\n', 'a.csv: has 1 waypoint; a path needs two or more'),
     ('b.csv', '', 'b.csv: has 0 waypoints'),
-    ('c.csv', 'x,y,yaw\n0,0,0\n1,0,0\n1,0,1\n', 'c.csv:4: (1, 0) turns on the spot'),
+    ('c.csv', 'x,y,direction\n0,0,1\n1,0,up\n', 'c.csv:3: direction = up; write 1 or -1'),
     ('d.csv', '0,0\nnan,1\n', "d.csv:2: 'nan,1' is not finite; write numbers"),
     ('e.csv', '0,0\n1,one\n', "e.csv:2: '1,one' is no x,y in numbers"),
     ('f.csv', '0,0\n1\n', "f.csv:2: '1' has 1 fields; write x,y"),

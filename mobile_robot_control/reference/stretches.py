@@ -1,0 +1,235 @@
+"""The stretches of a path, forwards or backwards, between the points where it turns back or on the spot."""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.reference.path_fit import TurnsBackError, fitted, is_dense, turning_points
+from mobile_robot_control.reference.path_parameters import REFUSE, REVERSE, PathRequest
+from mobile_robot_control.reference.path_shape import Point, Span, control_points, spans_of
+from mobile_robot_control.reference.polyline import Follower
+from mobile_robot_control.reference.waypoints import SAME, Waypoints
+
+PARTS = 4
+"""Segments of a polyline for each span of a path."""
+_ALONG = math.radians(45.0)
+"""Largest difference of a heading from the path's, or from its opposite."""
+
+
+class Stretch(NamedTuple):
+    """
+    A stretch of a path, from rest to rest.
+
+    Attributes
+    ----------
+    request : PathRequest
+        With the waypoints of the stretch alone.
+    spans : list of Span
+        Its shape.
+    numbers : list of int
+        The waypoint whose speed limit holds in each span.
+    control : list of ((float, float), int)
+        Control points of the spans, each with the number of that waypoint.
+    backward : bool
+        Whether the robot drives backwards.
+    turn : float
+        Turn on the spot before it, as the headings say [rad]; 0 if they do not.
+
+    """
+
+    request: PathRequest
+    spans: list[Span]
+    numbers: list[int]
+    control: list[tuple[Point, int]]
+    backward: bool = False
+    turn: float = 0.0
+
+    @property
+    def headings(self) -> tuple[float, float]:
+        """Heading of the robot at the start and at the end [rad]."""
+        round_ = math.pi if self.backward else 0.0
+        start, end = self.spans[0].at(0.0), self.spans[-1].at(1.0)
+        return (wrap_angle(math.atan2(start.dy, start.dx) + round_),
+                wrap_angle(math.atan2(end.dy, end.dx) + round_))
+
+
+class Route(NamedTuple):
+    """
+    All stretches of a path.
+
+    Attributes
+    ----------
+    stretches : list of Stretch
+        In their order.
+    heading : float or None
+        To which the robot turns at the end [rad]; None for no turn.
+    ignored : tuple of str
+        Headings that are not used, in words.
+
+    """
+
+    stretches: list[Stretch]
+    heading: float | None = None
+    ignored: tuple[str, ...] = ()
+
+
+def points_of(request: PathRequest) -> list[Point]:
+    """Return the points of a path; a closed one does not end where it begins."""
+    points = list(request.waypoints.points)
+    return points[:-1] if request.path.closed and math.dist(points[0], points[-1]) < SAME else points
+
+
+def is_fitted(request: PathRequest) -> bool:
+    """Return whether a path is smoothed within its tolerance."""
+    return request.path.tolerance > 0.0 and is_dense(request.waypoints.points)
+
+
+def route_of(request: PathRequest) -> Route:
+    """
+    Divide a path into its stretches.
+
+    Raises
+    ------
+    ParameterError
+        If it turns back or on the spot where `path.turn_back` refuses that, or lacks the heading of `goal_heading`.
+
+    """
+    waypoints, path = request.waypoints, request.path
+    if path.turn_back == REFUSE:
+        _refuse_turns(waypoints, path.goal_heading)
+        goal = _goal(request) if path.goal_heading else None
+        return Route([_stretch(request)], goal)
+    if path.closed:
+        opened = _opened(request, 1)
+        if not _splits(opened):
+            return Route([_stretch(request)], _goal(request) if path.goal_heading else None)
+        request = _opened(request, path.laps)
+        waypoints, path = request.waypoints, request.path
+    headings, stretches = waypoints.headings, []
+    ignored: list[str] = []
+    if path.turn_back == REVERSE and len({*headings}) == 1:
+        headings = ()
+        ignored.append(f'all headings are {waypoints.headings[0]:.3g} rad, and are not used; a column direction with 1 '
+                       'and -1 says where to reverse')
+    for first, last in pairwise([0, *_splits(request), len(waypoints.points) - 1]):
+        stretch = _stretch(request._replace(
+            waypoints=waypoints.part(first, last), path=path._replace(closed=False, laps=1)))
+        backward = False
+        if path.turn_back == REVERSE:
+            told = waypoints.directions[first] if waypoints.directions else 0
+            backward = told < 0 if told else _is_backward(
+                waypoints._replace(headings=headings), stretch, (first, last), path.goal_heading, ignored)
+        stretches.append(stretch._replace(
+            backward=backward, turn=waypoints.turns[first] if waypoints.turns else 0.0))
+    goal = _goal(request) if path.goal_heading else None
+    if goal is None and waypoints.turns and waypoints.turns[-1]:
+        arrival = waypoints.headings[-1]
+        if arrival is not None and abs(wrap_angle(arrival - stretches[-1].headings[1])) <= _ALONG:
+            goal = arrival + waypoints.turns[-1]
+        else:
+            ignored.append(f'the headings at {waypoints.places[-1]} contradict the path, and are not used')
+    return Route(stretches, goal, tuple(ignored))
+
+
+def _refuse_turns(waypoints: Waypoints, goal_heading: bool) -> None:
+    """Raise ParameterError if waypoints turn on the spot, but at the goal if its heading counts."""
+    for number, turn in enumerate(waypoints.turns[:-1] if goal_heading else waypoints.turns):
+        if turn:
+            x, y = waypoints.points[number]
+            raise ParameterError([f'{waypoints.places[number]}: ({x:g}, {y:g}) turns on the spot; set path.turn_back = '
+                                  'turn, or leave it out'])
+
+
+def _goal(request: PathRequest) -> float:
+    """Return the heading of the last waypoint [rad]."""
+    waypoints = request.waypoints
+    heading = waypoints.headings[-1] if waypoints.headings else None
+    if heading is None:
+        raise ParameterError([f'{waypoints.places[-1]}: has no heading, and path.goal_heading is true; write it, or '
+                              'set that to false'])
+    return heading + (waypoints.turns[-1] if waypoints.turns else 0.0)
+
+
+def _opened(request: PathRequest, laps: int) -> PathRequest:
+    """Return the request of a closed path as an open one of some laps, which ends where it begins."""
+    waypoints, count = request.waypoints, len(points_of(request))
+    order = [*range(count)] * laps + [0]
+
+    def again(values: Any) -> Any:
+        return tuple(values[n] for n in order) if values else ()
+
+    return request._replace(path=request.path._replace(closed=False, laps=1), waypoints=waypoints._replace(
+        points=again(waypoints.points), speeds=again(waypoints.speeds), places=again(waypoints.places),
+        headings=again(waypoints.headings), turns=again(waypoints.turns), directions=again(waypoints.directions)))
+
+
+def _splits(request: PathRequest) -> list[int]:
+    """Return the numbers of the waypoints between two stretches."""
+    waypoints = request.waypoints
+    found = {*turning_points(waypoints.points, request.path.tolerance)}
+    found |= {number for number, turn in enumerate(waypoints.turns) if turn}
+    if request.path.turn_back == REVERSE:
+        found |= {n for n, (before, after) in enumerate(pairwise(waypoints.directions), start=1) if before != after}
+    return sorted(found - {0, len(waypoints.points) - 1})
+
+
+def _stretch(request: PathRequest) -> Stretch:
+    """Return the whole path of a request as a stretch forwards."""
+    control, path = _control_of(request), request.path
+    spans = spans_of([point for point, _ in control], path.closed)
+    # the span after each control point, and so the number of the waypoint before it
+    numbers = [number for _, number in control][:len(spans)]
+    return Stretch(request, path.laps * spans, path.laps * numbers, control)
+
+
+def _control_of(request: PathRequest) -> list[tuple[Point, int]]:
+    """
+    Return the control points of a path, each with the number of the waypoint whose speed limit holds from it on.
+
+    Dense waypoints are fitted. Raises ParameterError if these turn back.
+    """
+    waypoints, path, points = request.waypoints, request.path, points_of(request)
+    if not is_fitted(request):
+        return control_points(points, path.closed, path.rounding)
+    try:
+        found = fitted(points, path.closed, path.tolerance)
+    except TurnsBackError as error:
+        x, y = points[error.number]
+        raise ParameterError([f'{waypoints.places[error.number]}: the path turns back at ({x:.3g}, {y:.3g}); set '
+                              'path.turn_back to turn or reverse, or leave out what leads back']) from None
+    ends = [number for _, number in found[1:]] + [len(points) - 1]
+    return [(point, min(range(first, end + 1), key=waypoints.speeds.__getitem__))
+            for (point, first), end in zip(found, ends, strict=True)]
+
+
+def polyline(spans: Sequence[Span], parts: int = PARTS) -> list[Point]:
+    """Return a polyline along spans, so many segments each."""
+    return [span.at(part / parts)[:2] for span in spans for part in range(parts)] + [spans[-1].at(1.0)[:2]]
+
+
+def _is_backward(
+    waypoints: Waypoints, stretch: Stretch, ends: tuple[int, int], goal_heading: bool, ignored: list[str]
+) -> bool:
+    """Return whether every heading of a stretch between two waypoints is opposite to the path's."""
+    first, last = ends
+    headings = [heading for heading in waypoints.headings[first:last + 1] if heading is not None]
+    if len(headings) <= last - first:
+        return False
+    if waypoints.turns:
+        headings[0] += waypoints.turns[first]
+    if goal_heading and last == len(waypoints.points) - 1:
+        del headings[-1]
+    way = polyline(stretch.spans)
+    follower, before, apart = Follower(way, 0.0), way[0], []
+    for heading, point in zip(headings, waypoints.points[first:], strict=False):
+        follower.distance(point, math.dist(before, point))
+        (x, y), (ahead, left) = way[follower.place:follower.place + 2]
+        apart.append(abs(wrap_angle(heading - math.atan2(left - y, ahead - x))))
+        before = point
+    if min(apart) < math.pi - _ALONG and max(apart) > _ALONG:
+        ignored.append(f'the headings from {waypoints.places[first]} to {waypoints.places[last]} contradict the path, '
+                       'and are not used')
+    return min(apart) >= math.pi - _ALONG
