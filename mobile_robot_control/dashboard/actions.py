@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.dashboard.lesson_files import Lesson
 from mobile_robot_control.dashboard.link import RobotLink
-from mobile_robot_control.dashboard.publishing import DISTURBANCES, MOST, on_a_path, planned, start_of
+from mobile_robot_control.dashboard.publishing import DISTURBANCES, MOST, Drawn, headed, on_a_path, planned
 from mobile_robot_control.dashboard.recordings import STATE, BusyError, Recordings, save_parameters
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
 from mobile_robot_control.dashboard.started_nodes import StartedNodes
@@ -28,7 +28,7 @@ _MOST = 50
 """Most parameters in one request."""
 
 
-_LIMITS = ('timing.max_linear_velocity', 'timing.max_wheel_torque')
+_LIMITS = ('timing.max_linear_velocity', 'timing.max_wheel_torque', 'timing.max_angular_velocity')
 """Parameters that a page sets along with a path."""
 _PATIENCE, _LOOK = 8.0, 0.05
 """[s] of wall time for a cart to accept a path or refuse it, and between two checks."""
@@ -51,17 +51,18 @@ class RefusedRequestError(ValueError):
     """A meaningless request; the text is the reason."""
 
 
-def _drawn(request: Mapping[str, Any]) -> tuple[list[tuple[float, float]], dict[str, float]]:
-    """Return the points [m] and the limits of a request."""
+def _drawn(request: Mapping[str, Any]) -> tuple[list[Drawn], dict[str, float]]:
+    """Return the points and the limits of a request."""
     points, limits = request.get('points'), request.get('limits')
     if not (isinstance(points, list) and 1 < len(points) <= MOST and all(
-            isinstance(point, list) and len(point) == 2 and all(type(part) in (int, float) for part in point)
-            for point in points)):
+            isinstance(point, list) and len(point) in (2, 3) and all(type(part) in (int, float) for part in point[:2])
+            and all(isinstance(mark, str) for mark in point[2:]) for point in points)):
         raise RefusedRequestError(f'a path has 2 to {MOST} points')
     if not (isinstance(limits, dict) and all(
             name in _LIMITS and type(limit) in (int, float) for name, limit in limits.items())):
         raise RefusedRequestError(f'a path has limits of {" and ".join(_LIMITS)}')
-    return [(float(x), float(y)) for x, y in points], {name: float(limit) for name, limit in limits.items()}
+    return ([Drawn(float(x), float(y), *mark) for x, y, *mark in points],
+            {name: float(limit) for name, limit in limits.items()})
 
 
 class Actions:
@@ -183,13 +184,13 @@ class Actions:
         points, limits = _drawn(request)
         values = (await self._present()).get('reference_cart', {})
         await asyncio.to_thread(planned, values, points, limits)
-        changes = on_a_path(values, limits)
+        changes = on_a_path(values, points, limits)
         if changes:
             before = await self._course_changes()
             changed = await self._set({'node': 'reference_cart', 'values': changes})
             if not changed.good:
                 return changed
-            begun = await self._reset({'pose': start_of(points)})
+            begun = await self._reset({'pose': list(headed(points)[0])})
             if not begun.good:
                 return begun
             if await self._changed_course(before) is None:

@@ -6,12 +6,14 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Future
-from typing import Any
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
 from nav_msgs.msg import Path
 from rclpy.node import Node
 
+from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.dashboard.parameter_book import ParameterBook
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
 from mobile_robot_control.messages.writing import path_message
@@ -19,8 +21,8 @@ from mobile_robot_control.parameters.declaration import build, declarations
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.cart import Placement
 from mobile_robot_control.reference.curves import PATH
-from mobile_robot_control.reference.motion import plan
-from mobile_robot_control.reference.path_parameters import NO_FILE
+from mobile_robot_control.reference.motion import Turn, plan
+from mobile_robot_control.reference.path_parameters import NO_FILE, REVERSE
 from mobile_robot_control.reference.waypoints import checked_waypoints
 from mobile_robot_control.ros.qos import LATCHED, PUBLISHED
 from mobile_robot_control.settings.nodes import ReferenceCartParameters, path_request
@@ -83,22 +85,62 @@ class Disturbances:
             done.set_exception(NoAnswerError(f'nothing takes {DISTURBANCE}; only a simulated plant can be pushed'))
 
 
-Point = tuple[float, float]
+class Drawn(NamedTuple):
+    """
+    A point of a drawn path.
+
+    Attributes
+    ----------
+    x, y : float
+        Position [m].
+    mark : str
+        With BACKWARDS it is reached backwards, with ON_THE_SPOT the robot turns there.
+
+    """
+
+    x: float
+    y: float
+    mark: str = ''
+
+
+BACKWARDS, ON_THE_SPOT = 'b', 't'
 MOST = 2000
 """Most points of a drawn path."""
 _SHOWN = 400
 _STRAIGHT = 0.1
 """[1/m]: a smaller curvature counts as none."""
+_TURN = 0.2
+"""[rad]: where the robot stops, a smaller difference of headings is no turn."""
+_APART = 1e-6
+"""[rad] from the heading of one pose to the next: equal ones mean nothing."""
 
 
-def on_a_path(values: Mapping[str, Any], limits: Mapping[str, float]) -> dict[str, Any]:
-    """Return the changes of the cart's parameters for paths with limits of `timing`."""
+def headed(points: Sequence[Drawn]) -> list[Pose]:
+    """Return the poses of a drawn path; a turn on the spot is two of them."""
+    legs = [math.atan2(after.y - before.y, after.x - before.x) + (math.pi if BACKWARDS in after.mark else 0.0)
+            for before, after in pairwise(points)]
+    poses = []
+    for n, point in enumerate(points):
+        arrival, departure = legs[max(0, n - 1)], legs[min(n, len(legs) - 1)]
+        turn = wrap_angle(departure - arrival)
+        switches = 0 < n < len(legs) and (BACKWARDS in point.mark) != (BACKWARDS in points[n + 1].mark)
+        stops = switches or ON_THE_SPOT in point.mark
+        poses.append(Pose(point.x, point.y, arrival if stops else arrival + 0.5 * turn))
+        if stops and abs(turn) > _TURN:
+            poses.append(Pose(point.x, point.y, departure))
+    return [pose._replace(heading=wrap_angle(pose.heading) + n * _APART) for n, pose in enumerate(poses)]
+
+
+def on_a_path(values: Mapping[str, Any], points: Sequence[Drawn], limits: Mapping[str, float]) -> dict[str, Any]:
+    """Return the changes of the cart's parameters for a drawn path with limits of `timing`."""
     wanted: dict[str, Any] = {'curve': PATH, **Placement()._asdict(), **limits}
     wanted['center'] = list(wanted['center'])
+    if any(point.mark for point in points):
+        wanted['path.turn_back'] = REVERSE
     return {name: value for name, value in wanted.items() if name in values and values[name] != value}
 
 
-def planned(values: Mapping[str, Any], points: Sequence[Point], limits: Mapping[str, float]) -> dict[str, Any]:
+def planned(values: Mapping[str, Any], points: Sequence[Drawn], limits: Mapping[str, float]) -> dict[str, Any]:
     """
     Plan a path from rest to rest.
 
@@ -106,16 +148,17 @@ def planned(values: Mapping[str, Any], points: Sequence[Point], limits: Mapping[
     ----------
     values : mapping of str to object
         Of the reference cart.
-    points : sequence of (float, float)
-        Waypoints [m].
+    points : sequence of Drawn
+        Waypoints.
     limits : mapping of str to float
         Parameters of `timing` that replace the cart's.
 
     Returns
     -------
     dict of str to object
-        `x`, `y` [m] and `speed` [m/s] of points along it, `limit` and `bends` (whether it bends there); `duration` [s],
-        `length` [m], and `active`, the share of the time in which each limit is active.
+        `x`, `y` [m] and `speed` [m/s], negative backwards, of points along it, `limit` and `bends` (whether it bends
+        there); `turns`, the places [m] of turns on the spot; `poses`, of its waypoints; `duration` [s], `length` [m],
+        and `active`, the share of the time in which each limit is active.
 
     Raises
     ------
@@ -124,9 +167,11 @@ def planned(values: Mapping[str, Any], points: Sequence[Point], limits: Mapping[
 
     """
     known = {name: value for name, value in values.items() if name in declarations(ReferenceCartParameters)}
-    cart = build(ReferenceCartParameters, known | on_a_path(known, limits) | {'path.file': NO_FILE})
-    waypoints = checked_waypoints([(f'point {n}', point) for n, point in enumerate(points, start=1)], 'the path')
-    course = plan(path_request(cart, waypoints))
+    cart = build(ReferenceCartParameters, known | on_a_path(known, points, limits) | {'path.file': NO_FILE})
+    poses = headed(points)
+    rows = [(f'point {n}', pose._asdict() if cart.path.uses_headings else pose[:2])
+            for n, pose in enumerate(poses, start=1)]
+    course = plan(path_request(cart, checked_waypoints(rows, 'the path')))
     count = len(course.limit)
     shown = sorted({n * (count - 1) // (_SHOWN - 1) for n in range(_SHOWN)})
     at = [course.reference(float(course.times[n])) for n in shown]
@@ -134,13 +179,9 @@ def planned(values: Mapping[str, Any], points: Sequence[Point], limits: Mapping[
             'speed': [round(one.velocity.linear, 4) for one in at],
             'limit': [course.limit[n] for n in shown],
             'bends': [abs(one.velocity.angular) > _STRAIGHT * abs(one.velocity.linear) for one in at],
+            'turns': [part.reference(0.0).pose[:2] for part in course.parts if isinstance(part, Turn)],
+            'poses': [(pose.x, pose.y, round(pose.heading, 6)) for pose in poses],
             'duration': course.period, 'length': course.length, 'active': course.shares()}
-
-
-def start_of(points: Sequence[Point]) -> list[float]:
-    """Return the pose [m, m, rad] at the first point, directed to the second."""
-    (x, y), (ahead, left) = points[:2]
-    return [x, y, math.atan2(left - y, ahead - x)]
 
 
 class PathSender:
@@ -158,8 +199,8 @@ class PathSender:
         self._node = node
         self._publisher: Any = None
 
-    def send(self, points: Sequence[Point], frame: str) -> None:
-        """Publish a path [m] in a frame."""
+    def send(self, points: Sequence[Drawn], frame: str) -> None:
+        """Publish a drawn path in a frame."""
         if self._publisher is None:
             self._publisher = self._node.create_publisher(Path, PATH_TOPIC, LATCHED)
-        self._publisher.publish(path_message(frame, [Pose(x, y, 0.0) for x, y in points]))
+        self._publisher.publish(path_message(frame, headed(points)))

@@ -36,7 +36,8 @@ class PathParameters(NamedTuple):
     ] = 0.5
     turn_back: Annotated[
         str, Field('', f'a path that turns back: {REFUSE} it; {TURN} on the spot; or {REVERSE}, which drives backwards '
-                       'where a column direction or the headings say so', choices=(REFUSE, TURN, REVERSE))
+                       'where a column direction or the headings say so; a change acts from the next path on',
+               choices=(REFUSE, TURN, REVERSE), live=True)
     ] = REFUSE
     goal_heading: Annotated[bool, Field('', 'the robot turns on the spot to the heading of the last waypoint')] = False
     timeout: Annotated[

@@ -7,8 +7,11 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   const NEAR = 12, APART = 30;  // [px] to a point that is dragged, and between the points of a line drawn freehand
   const STEP = 0.1, LARGE = 0.5;  // [m] of an arrow key, and with Shift
   const ARROWS = {ArrowUp: [0, 1], ArrowDown: [0, -1], ArrowLeft: [-1, 0], ArrowRight: [1, 0]};
+  const TURNING = 'timing.max_angular_velocity';
   const LIMITS = [['timing.max_linear_velocity', 'largest speed [m/s]', 0.5],
-                  ['timing.max_wheel_torque', 'torque of a motor [N m]', 0.3]];
+                  ['timing.max_wheel_torque', 'torque of a motor [N m]', 0.3],
+                  [TURNING, 'largest turn rate [rad/s]', 2]];
+  const BACKWARDS = 'b', ON_THE_SPOT = 't';  // marks of a point, and keys
 
   // Return the plan of a path as the server makes it, or null and its words.
   mrc.planPath = async (points, limits) => {
@@ -17,9 +20,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   };
 
   mrc.makePath = function (container, canvas) {
-    /** @type {number[][]} */
+    /** @type {[number, number, string][]} */
     let points = [];
-    let plan = null, cursor = null, held = -1, freehand = null, asked = 0, cart = {};
+    let plan = null, cursor = null, held = -1, freehand = null, asked = 0, cart = {}, back = false;
     const button = (words, act) => {
       const made = mrc.element('button', '', words);
       made.addEventListener('click', act);
@@ -32,6 +35,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     draw.setAttribute('aria-pressed', 'false');
     const undo = button('Undo', () => { points.pop(); changed(); });
     const clear = button('Clear', () => { points = []; changed(); });
+    const backwards = button('Backwards', () => { back = !back; show(); });
+    const turn = button('Turn here', () => turnHere());
     const send = button('Send', () => sendPath());
     const save = button('Save as CSV', () => saveCsv());
     const fields = {};
@@ -44,13 +49,24 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       limitsBar.append(row);
       fields[name] = field;
     }
-    bar.append(draw, undo, clear, send, save);
+    bar.append(draw, undo, clear, backwards, turn, send, save);
     container.append(
       mrc.element('p', 'soft', 'Click points on the plane, or draw a line; drag a point to move it. With the keyboard: '
-        + 'arrows move the cross (Shift: farther), Enter sets a point, Backspace takes one back.'),
+        + 'arrows move the cross (Shift: farther), Enter sets a point, Backspace takes one back. Points set with '
+        + '“Backwards” (key B) are reached backwards; “Turn here” (key T) turns on the spot at the last point.'),
       limitsBar, bar, words);
 
-    const limits = () => Object.fromEntries(LIMITS.map(([name]) => [name, Math.max(0, Number(fields[name].value))]));
+    // the turn rate is a limit of a path with marks alone
+    const limits = () => Object.fromEntries(LIMITS.filter(([name]) => name !== TURNING || points.some(([, , mark]) => mark))
+      .map(([name]) => [name, Math.max(0, Number(fields[name].value))]));
+    const add = (point) => points.push([point[0], point[1], back ? BACKWARDS : '']);
+
+    function turnHere() {
+      const last = points[points.length - 1];
+      if (!last) return;
+      last[2] = last[2].includes(ON_THE_SPOT) ? last[2].replace(ON_THE_SPOT, '') : last[2] + ON_THE_SPOT;
+      changed();
+    }
 
     function tell(text, bad) {
       words.textContent = text;
@@ -59,11 +75,13 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 
     function show() {
       const drawing = canvas.classList.contains('drawing');
-      undo.disabled = clear.disabled = !points.length;
+      undo.disabled = clear.disabled = turn.disabled = !points.length;
+      backwards.setAttribute('aria-pressed', String(back));
+      turn.setAttribute('aria-pressed', String(points.length > 0 && points[points.length - 1][2].includes(ON_THE_SPOT)));
       send.disabled = !plan;
       save.disabled = points.length < 2;
       mrc.stage.draw(drawing || points.length ? {
-        ...(plan ? {x: plan.x, y: plan.y, speed: plan.speed, most: Math.max(...plan.speed, 1e-6)} : {}),
+        ...(plan ? {...plan, most: Math.max(...plan.speed.map(Math.abs), 1e-6)} : {}),
         points, cursor: drawing && document.activeElement === canvas ? cursor : null} : null);
     }
 
@@ -81,7 +99,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         const shares = Object.entries(plan.active).sort((one, other) => other[1] - one[1])
           .map(([name, share]) => `${name} ${Math.round(100 * share)} %`);
         tell(`${mrc.number(plan.length, 'm', 3)} in ${mrc.number(plan.duration, 's', 3)}, at most `
-          + `${mrc.number(Math.max(...plan.speed), 'm/s', 3)}, slow where it is dark. Active limits: ${shares.join(', ')}.`);
+          + `${mrc.number(Math.max(...plan.speed.map(Math.abs)), 'm/s', 3)}, slow where it is dark${
+            plan.speed.some((speed) => speed < 0) ? ', dashed backwards' : ''}. Active limits: ${shares.join(', ')}.`);
       } else tell(text, true);
       show();
     }
@@ -107,8 +126,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 
     function saveCsv() {
       const link = mrc.element('a');
-      link.href = URL.createObjectURL(new Blob([`x,y\n${points.map((point) => `${point.join(',')}\n`).join('')}`],
-        {type: 'text/csv'}));
+      const marked = points.some(([, , mark]) => mark) && plan, rows = marked ? plan.poses : points.map(([x, y]) => [x, y]);
+      const head = marked ? '# for path.turn_back: reverse\nx,y,heading' : 'x,y';
+      link.href = URL.createObjectURL(new Blob([`${[head, ...rows].join('\n')}\n`], {type: 'text/csv'}));
       link.download = 'path.csv';
       link.click();
       URL.revokeObjectURL(link.href);
@@ -131,15 +151,19 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       canvas.setPointerCapture(event.pointerId);
       held = nearest(event);
       if (held < 0) {
-        points.push(mrc.stage.pointed(event).map(rounded));
+        add(mrc.stage.pointed(event).map(rounded));
         freehand = [event.clientX, event.clientY];
         show();
       }
     });
     canvas.addEventListener('pointermove', (event) => {
-      if (held >= 0) { points[held] = mrc.stage.pointed(event).map(rounded); show(); }
+      if (held >= 0) {
+        const [x, y] = mrc.stage.pointed(event).map(rounded);
+        points[held] = [x, y, points[held][2]];
+        show();
+      }
       if (freehand && Math.hypot(event.clientX - freehand[0], event.clientY - freehand[1]) > APART) {
-        points.push(mrc.stage.pointed(event).map(rounded));
+        add(mrc.stage.pointed(event).map(rounded));
         freehand = [event.clientX, event.clientY];
         show();
       }
@@ -160,10 +184,12 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         cursor = cursor.map((value, n) => rounded(value + by * ARROWS[event.key][n]));
         tell(`cross at ${cursor.join(', ')} m`);
         show();
-      } else if (event.key === 'Enter') { points.push(cursor.slice()); changed(); } else if (event.key === 'Backspace') {
+      } else if (event.key === 'Enter') { add(cursor); changed(); } else if (event.key === 'Backspace') {
         points.pop();
         changed();
       } else if (event.key === 'Escape') toggle(false);
+      else if (event.key.toLowerCase() === BACKWARDS) { back = !back; show(); }
+      else if (event.key.toLowerCase() === ON_THE_SPOT) turnHere();
       else return;
       event.preventDefault();
     });

@@ -11,8 +11,9 @@
 //     robots: [{pose: [x, y, heading], wheels: [right, left], torque: [right, left], limit,
 //               trail: {x, y, error, from, to}}],
 //     cart: [x, y, heading],   // or carts, a list of such poses
-//     drawing: {x, y, speed, most, points, cursor},  // a path that is drawn by hand: speeds up to `most` [m/s] as
-//                                                    // colours, and its points [[x, y], ...] [m]
+//     drawing: {x, y, speed, most, turns, points, cursor},  // a path that is drawn by hand: speeds up to `most` [m/s]
+//                                                    // as colours, negative ones dashed, places of turns on the spot,
+//                                                    // and its points [[x, y], ...] [m]
 //   });
 //
 // colour: a CSS colour, or the name of a custom property such as '--robot-1'. shape: a key of mrc.SHAPES.
@@ -202,11 +203,12 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     }
 
     // Draw a path that is drawn by hand: dark where it is slow, its points with their numbers, and the cursor.
-    function drawDrawing({x, y, speed, most, points, cursor}) {
+    function drawDrawing({x, y, speed, most, turns, points, cursor}) {
       const mixed = shades();
       pen.lineWidth = 4;
       for (let n = 1; n < (x || []).length; n++) {
-        pen.strokeStyle = mixed[Math.min(STEPS - 1, Math.floor(STEPS * (1 - speed[n] / most)))];
+        if (speed[n] < 0 && n % 4 < 2) continue;
+        pen.strokeStyle = mixed[Math.min(STEPS - 1, Math.floor(STEPS * (1 - Math.abs(speed[n]) / most)))];
         pen.beginPath();
         const [from, to] = [toScreen(x[n - 1], y[n - 1]), toScreen(x[n], y[n])];
         pen.moveTo(from[0], from[1]);
@@ -215,8 +217,14 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       }
       pen.strokeStyle = colour('--ink');
       pen.lineWidth = 1.5;
+      (turns || []).forEach((place) => {
+        const [px, py] = toScreen(place[0], place[1]);
+        pen.beginPath();
+        pen.arc(px, py, 11, -0.5 * Math.PI, Math.PI);
+        pen.stroke();
+      });
       points.forEach((point, n) => {
-        const [px, py] = toScreen(...point);
+        const [px, py] = toScreen(point[0], point[1]);
         pen.fillStyle = colour('--ground');
         pen.fillRect(px - 4, py - 4, 8, 8);
         pen.strokeRect(px - 4, py - 4, 8, 8);

@@ -125,7 +125,7 @@ interface Live {
 }
 interface Drawing {
   x?: number[], y?: number[], speed?: number[], most?: number;
-  points: number[][];
+  points: (number | string)[][];
   cursor: number[] | null;
 }
 interface LiveCharts {
@@ -190,7 +190,7 @@ interface Mrc {
   makeParameter(entry: Entry, send: (value: any) => Promise<Answer>): Control;
   makeParameters(container: HTMLElement): void;
   makePath(container: HTMLElement, canvas: HTMLCanvasElement): void;
-  planPath(points: number[][], limits: Record<string, number>): Promise<any>;
+  planPath(points: (number | string)[][], limits: Record<string, number>): Promise<any>;
   makeLessons(live: Live, panel: HTMLElement, button: HTMLElement, charts: LiveCharts): void;
   readAnswer(text: string, unit: string): number;
   fold(on: boolean): void;

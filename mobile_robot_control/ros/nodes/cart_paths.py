@@ -94,12 +94,6 @@ class LockstepPaths:
 
         return Due(answer(self._course.question(message, stamp)), stamp)
 
-    def prepare(self) -> None:
-        """Start the planning."""
-
-    def close(self) -> None:
-        """End the planning."""
-
 
 class _Asked(NamedTuple):
     """A message in planning: the start of its path along the course [ns], the steady time of the question [s]."""
@@ -110,7 +104,7 @@ class _Asked(NamedTuple):
     future: 'Future[PathAnswer]'
 
 
-class WallClockPaths(LockstepPaths):
+class WallClockPaths:
     """
     Plans the newest path in its own process while the cart drives on; the path starts a little later.
 
@@ -159,6 +153,10 @@ class WallClockPaths(LockstepPaths):
         self._validator.note_refusal(PATH_TOPIC, RefusedMessageError(
             'overtaken', f'a newer path came before it could act; the cart follows one every {self._lead:.1f} s: '
             'publish fewer, or shorter ones'), every=_TOLD_EVERY)
+
+    def plans(self) -> bool:
+        """Return whether a path waits for its start."""
+        return bool(self._newest) or self._asked is not None or self._ready is not None
 
     def begin(self) -> None:
         """Forget a path planned for the previous course."""

@@ -87,11 +87,13 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._time = self._make_time(horizon)
         self._connect({'odom': Input(reader('odom', shared), self._position_period)},
                       ['reference_horizon', 'reference'] if horizon else ['reference'], shared.position_rate)
-        self._paths: LockstepPaths = (
-            LockstepPaths(self._course, self._position_period, self._reached) if shared.lockstep
-            else WallClockPaths(self._course, self._time, self, self._validator))
-        if self.parameters.curve.curve == PATH:
-            self._paths.prepare()
+        self._paths: LockstepPaths | WallClockPaths
+        if shared.lockstep:
+            self._paths = LockstepPaths(self._course, self._position_period, self._reached)
+        else:
+            self._paths = WallClockPaths(self._course, self._time, self, self._validator)
+            if self.parameters.curve.curve == PATH:
+                self._paths.prepare()
         subscribe_to_paths(self, self._receive_path)
         self._pose = Pose(0.0, 0.0, 0.0)
         self._taken: list[tuple[float, ...]] | None = None
@@ -172,7 +174,8 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
     def _miss_path(self) -> None:
         """Stop on a path of the topic if no other one comes for `path.timeout`."""
         timeout, now = self.parameters.path.timeout, self._time.now()
-        if not timeout or self._heard is None or now - self._heard <= timeout:
+        if not timeout or self._heard is None or now - self._heard <= timeout or (
+                isinstance(self._paths, WallClockPaths) and self._paths.plans()):
             return
         self._heard = None
         if not self._course.has_ended(round(now * NANOSECONDS)):
@@ -230,5 +233,6 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     def close(self) -> None:
         """End like all nodes, and end the planning of paths."""
-        self._paths.close()
+        if isinstance(self._paths, WallClockPaths):
+            self._paths.close()
         super().close()

@@ -42,3 +42,15 @@ def test_a_drawn_path_is_planned_sent_and_followed_and_another_one_joins_it(page
     assert page.number('run') == run
     page.choose('speed', '1')
     page.wait(lambda: 'arrived' in page.text('nodes'))
+    # from its end on the spot to the right, and backwards; the pointer takes the last point back
+    buttons['Clear'].click()
+    scene.send_keys(Keys.ENTER, *[Keys.ARROW_RIGHT] * 5, Keys.ENTER, 't', *[Keys.ARROW_DOWN] * 5, Keys.ENTER, 'b',
+                    *[Keys.ARROW_UP] * 3, Keys.ENTER)
+    page.wait(lambda: 'dashed backwards' in _words(page))
+    assert buttons['Backwards'].get_attribute('aria-pressed') == 'true'
+    buttons['Send'].click()
+    page.wait(lambda: _words(page) == 'The cart follows it.')
+    assert live.asker.value('/reference_cart', 'path.turn_back') == 'reverse'
+    page.wait(lambda: page.number('ref_linear') > 0.1)
+    page.wait(lambda: page.number('ref_linear') == 0.0 and abs(page.number('ref_angular')) > 0.1)
+    page.wait(lambda: page.number('ref_linear') < -0.1)

@@ -1,9 +1,13 @@
 """What a page asks for is checked, whatever it sends, and answered in words."""
 
 import asyncio
+import math
 from concurrent.futures import Future
 
+import pytest
+
 from mobile_robot_control.dashboard.actions import Actions
+from mobile_robot_control.dashboard.publishing import Drawn, headed
 from mobile_robot_control.dashboard.recordings import save_parameters
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.settings.files import load
@@ -67,3 +71,16 @@ def test_saved_parameters_read_back_the_same_and_replace_no_file(tmp_path):
     assert read['position_controller']['backstepping.p'] == 0.1 + 0.2
     assert {node: set(values) for node, values in read.items()} == {
         node: set(values) - {'paused', 'hold_at'} for node, values in present.items()}
+
+@pytest.mark.parametrize(('marks', 'headings'), [
+    (['', '', ''], [0.0, 0.785, 1.571]),
+    # on the spot, and backwards from there on
+    (['', 't', ''], [0.0, 0.0, 1.571, 1.571]),
+    (['', '', 'b'], [0.0, 0.0, -1.571, -1.571]),
+    (['', 'b', 'b'], [3.142, -2.356, -1.571]),
+])
+def test_a_drawn_path_has_the_headings_of_its_marks(marks, headings):
+    drawn = [Drawn(*point, mark) for point, mark in zip([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], marks, strict=True)]
+    found = [math.remainder(pose.heading - heading, 2.0 * math.pi)
+             for pose, heading in zip(headed(drawn), headings, strict=True)]
+    assert found == pytest.approx([0.0] * len(headings), abs=1e-3)
