@@ -25,10 +25,10 @@ from mobile_robot_control.dashboard.recordings import STATE
 from mobile_robot_control.dashboard.sampling import message_text
 from mobile_robot_control.dashboard.service_calls import ServiceCalls
 from mobile_robot_control.messages.cdr import deserialise
+from mobile_robot_control.messages.mcap_stream import RESET
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.quantities import TrackingError
 from mobile_robot_control.ros.spin import make_executor
-from mobile_robot_control.runs.mcap_stream import RESET
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS

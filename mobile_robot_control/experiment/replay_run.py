@@ -27,9 +27,9 @@ from mobile_robot_control.experiment.recorder import NO_LIMIT
 from mobile_robot_control.experiment.replay_plan import Replay, changed_parameters
 from mobile_robot_control.experiment.runner import ExperimentRunner, RunFailedError
 from mobile_robot_control.messages import writing
+from mobile_robot_control.messages.mcap_stream import Change
 from mobile_robot_control.quantities import NANOSECONDS, Pose, Push
 from mobile_robot_control.ros.qos import PUBLISHED
-from mobile_robot_control.runs.mcap_stream import Change
 from mobile_robot_control.settings.nodes import Shared
 from mobile_robot_control.topics import DISTURBANCE, OTHER_INPUTS, PATH_TOPIC
 

@@ -12,11 +12,11 @@ from mobile_robot_control.identification.recorded import Recorded, read_recorded
 from mobile_robot_control.identification.result import Identification, UnidentifiableError
 from mobile_robot_control.identification.torque_robot import identify_torques
 from mobile_robot_control.identification.velocity_robot import identify_base
+from mobile_robot_control.messages.mcap_stream import BagError, ProgressCallback
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader, make_request
 from mobile_robot_control.runs.bag import Topics, topic_names
-from mobile_robot_control.runs.mcap_stream import BagError, ProgressCallback
 from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
 from mobile_robot_control.settings.files import read_namespace
 from mobile_robot_control.settings.nodes import Configuration

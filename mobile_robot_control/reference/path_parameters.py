@@ -18,8 +18,11 @@ class PathParameters(NamedTuple):
     """The path of the reference cart, for the curve `path`."""
 
     file: Annotated[
-        str, Field('', 'table or YAML file of waypoints: x, y [m] and optionally speed [m/s]; relative to the file '
-                       'that names it; none for no path')
+        str, Field('', 'table, YAML file or bag of waypoints: x, y [m] and optionally speed [m/s]; relative to the '
+                       'file that names it; none for no path')
+    ] = NO_FILE
+    topic: Annotated[
+        str, Field('', "of a bag in path.file: a planner's path, or odometry; none for the only one")
     ] = NO_FILE
     closed: Annotated[bool, Field('', 'the last waypoint leads to the first one')] = False
     laps: Annotated[

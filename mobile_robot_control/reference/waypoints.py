@@ -137,6 +137,18 @@ def _read_version(file: str, _changed: int, _size: int) -> Waypoints:
     return read_waypoints(file)
 
 
+def table_of(waypoints: Waypoints) -> str:
+    """Return the points and headings of waypoints as a table, with the same numbers to the last bit."""
+    rows, count = ['x,y,heading'], len(waypoints.points)
+    for (x, y), heading, turn in zip(waypoints.points, waypoints.headings or [None] * count,
+                                     waypoints.turns or [0.0] * count, strict=True):
+        # a turn by more than π takes several rows
+        parts = math.ceil(abs(turn)) if heading is not None else 0
+        rows += [f'{x!r},{y!r},{"" if heading is None else repr(heading + (turn * n / parts if n else 0.0))}'
+                 for n in range(parts + 1)]
+    return '\n'.join([*rows, ''])
+
+
 def _fields(line: str) -> list[str]:
     """Return the fields of a line of a table."""
     parts = re.split(r'[,;]' if re.search('[,;]', line) else r'\t' if '\t' in line.strip() else r'\s+', line.strip())

@@ -11,7 +11,9 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from mobile_robot_control.loop.closed_loop import Sample
+from mobile_robot_control.messages.bag_files import BagFiles
 from mobile_robot_control.messages.cdr import deserialise
+from mobile_robot_control.messages.mcap_stream import RESET, BagError, Change, Message, ProgressCallback, read_change
 from mobile_robot_control.messages.parsing import (
     RefusedMessageError,
     read_or_refuse,
@@ -21,10 +23,8 @@ from mobile_robot_control.messages.parsing import (
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
 from mobile_robot_control.quantities import NANOSECONDS
-from mobile_robot_control.runs.bag_files import BagFiles
 from mobile_robot_control.runs.columns import GROUND_TRUTH, READ
 from mobile_robot_control.runs.errors import with_errors
-from mobile_robot_control.runs.mcap_stream import RESET, BagError, Change, Message, ProgressCallback, read_change
 from mobile_robot_control.runs.samples import LastRun, Messages, samples_of
 from mobile_robot_control.runs.series import Series, Signal, describe_gaps, empty_signal
 from mobile_robot_control.system.texts import shortened

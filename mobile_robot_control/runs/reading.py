@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from mobile_robot_control.loop.indices import MEASURED, TRUE
+from mobile_robot_control.messages.mcap_stream import BagError, ProgressCallback
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.runs import csv_table
 from mobile_robot_control.runs.bag import Recording, read_bag
 from mobile_robot_control.runs.errors import with_errors
-from mobile_robot_control.runs.mcap_stream import BagError, ProgressCallback
 from mobile_robot_control.runs.metrics import RECORDED, IndexMeter, RunMeter, summary
 from mobile_robot_control.runs.record import Event
 from mobile_robot_control.runs.rollout import is_complete

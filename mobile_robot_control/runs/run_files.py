@@ -5,8 +5,8 @@ import os
 from pathlib import Path
 from typing import Any
 
+from mobile_robot_control.messages.bag_files import bag_folder
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.runs.bag_files import bag_folder
 from mobile_robot_control.runs.csv_table import write_csv
 from mobile_robot_control.runs.record import RunRecord
 from mobile_robot_control.runs.samples import samples_of

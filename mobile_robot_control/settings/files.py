@@ -10,8 +10,9 @@ from mobile_robot_control.parameters.declaration import ParameterError, flatten,
 from mobile_robot_control.parameters.rcl_yaml import dump_yaml, parse_yaml
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.path_parameters import NO_FILE
-from mobile_robot_control.reference.waypoints import WAYPOINTS, YAML_SUFFIXES
+from mobile_robot_control.reference.waypoints import WAYPOINTS, YAML_SUFFIXES, table_of
 from mobile_robot_control.settings.nodes import NODES, Configuration, parameter_names
+from mobile_robot_control.settings.recorded_path import is_bag, waypoints_in
 from mobile_robot_control.system.files import PARAMETER_FILE, read_bounded, write_atomically
 from mobile_robot_control.system.texts import printable, shortened
 
@@ -344,6 +345,8 @@ def save_configuration(file: Path, parameters: Configuration, robot: str | None 
         given = Path(cart.path.file)
         suffix = given.suffix if given.suffix in YAML_SUFFIXES else '.csv'
         copy = file.with_name(f'{file.stem}.waypoints{suffix}')
-        write_atomically(copy, read_bounded(given, WAYPOINTS))
-        parameters = parameters._replace(reference_cart=cart._replace(path=cart.path._replace(file=copy.name)))
+        write_atomically(copy, table_of(waypoints_in(cart.path)) if is_bag(given)
+                         else read_bounded(given, WAYPOINTS))
+        parameters = parameters._replace(reference_cart=cart._replace(
+            path=cart.path._replace(file=copy.name, topic=NO_FILE)))
     write_atomically(file, configuration_text(parameters, robot))

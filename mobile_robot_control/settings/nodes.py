@@ -29,7 +29,8 @@ from mobile_robot_control.reference.path_parameters import (
     path_violations,
 )
 from mobile_robot_control.reference.waiting import WaitParameters
-from mobile_robot_control.reference.waypoints import Waypoints, read_waypoints_once
+from mobile_robot_control.reference.waypoints import Waypoints
+from mobile_robot_control.settings.recorded_path import waypoints_in
 from mobile_robot_control.topics import LOOPS, PATH_TOPIC, LoopGraph, extended, with_truth
 
 SENT, SAMPLED = 'sent', 'sampled'
@@ -263,7 +264,7 @@ def path_of(cart: ReferenceCartParameters) -> PathRequest | tuple[()]:
     if cart.path.file == NO_FILE:
         raise ParameterError([f"curve = '{PATH}' needs path.file, a file of waypoints: only nodes take a path from the "
                               f'topic {PATH_TOPIC}'])
-    waypoints, frame = read_waypoints_once(cart.path.file), cart.shared.odom_frame_id
+    waypoints, frame = waypoints_in(cart.path), cart.shared.odom_frame_id
     if waypoints.frame not in ('', frame):
         raise ParameterError([f"path.file = '{cart.path.file}' is in the frame '{waypoints.frame}', and odom_frame_id "
                               f"is '{frame}'; transform it"])

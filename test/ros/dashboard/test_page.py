@@ -13,8 +13,8 @@ from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.select import Select
 
+from mobile_robot_control.messages.bag_files import read_loop_messages
 from mobile_robot_control.parameters.plugins import load_plugins
-from mobile_robot_control.runs.bag_files import read_loop_messages
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.topics import POSITION_TOPICS

@@ -10,9 +10,9 @@ from rclpy.serialization import serialize_message
 
 from mobile_robot_control.experiment import command as experiment
 from mobile_robot_control.experiment.replay_plan import compare_replay, plan_replay
+from mobile_robot_control.messages.mcap_stream import Change
 from mobile_robot_control.quantities import Push
 from mobile_robot_control.runs.bag_writer import BagWriter
-from mobile_robot_control.runs.mcap_stream import Change
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.files import configuration_text

@@ -13,9 +13,9 @@ from bag_making import CMD_VEL, KINDS
 from drawn_robots import commands, record
 
 from mobile_robot_control.identification.command import main
+from mobile_robot_control.messages.bag_files import BagFiles
 from mobile_robot_control.model.base import Base
 from mobile_robot_control.quantities import BodyVelocity
-from mobile_robot_control.runs.bag_files import BagFiles
 from mobile_robot_control.runs.bag_writer import BagWriter
 
 TOPICS = ['--topic', 'odom:=/base/odom', '--topic', 'cmd_vel:=/base/cmd_vel']

@@ -1,13 +1,23 @@
-"""Files of waypoints: CSV and YAML, and every fault named with its line."""
+"""Files of waypoints: CSV, YAML and bags, and every fault named with its line."""
 
 import math
 
 import pytest
+from bag_making import record
 from each import each_row
+from rclpy.serialization import serialize_message
 
 from mobile_robot_control import plan
+from mobile_robot_control.messages.writing import path_message
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.reference.waypoints import read_waypoints
+from mobile_robot_control.quantities import Pose
+from mobile_robot_control.reference.path_parameters import PathParameters
+from mobile_robot_control.reference.waypoints import read_waypoints, table_of
+from mobile_robot_control.runs.bag_writer import BagWriter
+from mobile_robot_control.runs.rollout import rollout
+from mobile_robot_control.settings.configure import at_cart_start, configure
+from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.recorded_path import waypoints_in
 
 SQUARE = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0))
 
@@ -96,3 +106,32 @@ def test_a_file_that_is_none_is_named(tmp_path):
     for file in (tmp_path, tmp_path / 'nothing.csv'):
         with pytest.raises(ParameterError, match='cannot be read'):
             read_waypoints(file)
+
+
+def test_a_bag_gives_the_first_path_of_a_planner_or_the_poses_of_odometry(tmp_path):
+    made = configure(load([], ['reference_cart.curve:=circle']))
+    bag = record(tmp_path / 'bag', rollout(at_cart_start(made), 2.0))
+    with pytest.raises(ParameterError, match=r'holds paths or odometry on /odom, /reference; name one topic'):
+        waypoints_in(PathParameters(str(bag)))
+    with pytest.raises(ParameterError, match='holds no path and no odometry /plan; name'):
+        waypoints_in(PathParameters(str(bag), 'plan'))
+    driven = waypoints_in(PathParameters(str(bag), 'reference'))
+    assert driven.frame == 'odom'
+    assert len(driven.points) == 201
+    assert [math.hypot(x, y) for x, y in driven.points] == pytest.approx([1.0] * 201)
+    assert driven.headings[0] == pytest.approx(math.pi / 2.0)
+    limits = {'max_linear_velocity': 0.5, 'max_linear_acceleration': 0.5}
+    planned = plan(bag, parameters={'reference_cart.path.topic': '/reference', **{
+        f'reference_cart.timing.{name}': value for name, value in limits.items()}})
+    assert planned.length == pytest.approx(2.0 * math.pi * 2.0 / 16.0, rel=5e-3)
+    # what an experiment keeps beside its parameters
+    (tmp_path / 'kept.csv').write_text(table_of(driven))
+    kept = read_waypoints(tmp_path / 'kept.csv')
+    assert (kept.points, kept.headings) == (driven.points, driven.headings)
+    with BagWriter(tmp_path / 'plans') as writer:
+        for length in (3, 2):
+            message = path_message('map', [Pose(float(n), 0.0, 0.5) for n in range(length)])
+            writer.write('/plan', 'nav_msgs/msg/Path', 10**18, serialize_message(message))
+    planner = waypoints_in(PathParameters(str(tmp_path / 'plans')))
+    assert (planner.points, planner.frame) == (((0.0, 0.0), (1.0, 0.0), (2.0, 0.0)), 'map')
+    assert planner.headings == pytest.approx((0.5,) * 3)

@@ -14,9 +14,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from mobile_robot_control.identification.recorded import read_recorded
+from mobile_robot_control.messages.mcap_stream import BagError
 from mobile_robot_control.runs import bag
 from mobile_robot_control.runs.bag_writer import BagWriter
-from mobile_robot_control.runs.mcap_stream import BagError
 from mobile_robot_control.runs.reading import load
 from mobile_robot_control.runs.record import Event
 from mobile_robot_control.runs.rollout import rollout

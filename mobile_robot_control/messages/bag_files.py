@@ -11,8 +11,7 @@ from typing import NamedTuple
 import yaml
 from rosbags.rosbag2 import Reader
 
-from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
-from mobile_robot_control.runs.mcap_stream import (
+from mobile_robot_control.messages.mcap_stream import (
     BagError,
     Change,
     McapStream,
@@ -22,6 +21,7 @@ from mobile_robot_control.runs.mcap_stream import (
     unpack_file,
     unpack_message,
 )
+from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
 from mobile_robot_control.system.files import BAG, METADATA, open_bounded, read_bounded
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS
