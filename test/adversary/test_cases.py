@@ -13,7 +13,6 @@ import random
 import shlex
 
 import pytest
-from each import each_row
 
 from adversary.case import Case, listing, make_case, make_place
 from adversary.judging import faults
@@ -89,7 +88,7 @@ CASE = Case('simulate', ['--duration', 'x'], ('x-value',))
 SOUND = {'code': 2, 'memory': 100, 'sent': [], 'left': []}
 
 
-@each_row(('answer', 'printed', 'fault'), [
+@pytest.mark.parametrize(('answer', 'printed', 'fault'), [
     ({'code': 3}, 'x-value', 'exit code 3'), ({'code': -11}, '', 'exit code -11'), ({'code': -2}, '', 'exit code -2'),
     ({}, 'wrong', 'is named'), ({'code': 1}, 'wrong', 'is named'),
     ({}, 'x-value\nTraceback (most recent call last):', 'traceback'),
@@ -106,7 +105,7 @@ def test_what_breaks_the_rule_is_found(answer, printed, fault):
     assert bool(found) == bool(fault)
 
 
-@each_row('name', ['here/new', 'home/.hidden', 'tmp/x', 'beside'])
+@pytest.mark.parametrize('name', ['here/new', 'home/.hidden', 'tmp/x', 'beside'])
 def test_a_file_outside_of_the_output_is_found(tmp_path, name):
     place = make_place(tmp_path / 'case', tmp_path)
     before = listing(place)

@@ -4,7 +4,6 @@ import math
 
 import pytest
 from drawn import drawn
-from each import each_row
 from harness import CONFIG
 from promising import BASES, TUNED, driven, fed, plant_like, promised, warned
 from stand_in_model import Base
@@ -69,7 +68,7 @@ def test_an_age_that_is_compensated_twice_is_warned_of():
                              '(odometry_stamped: sampled): leave it out, unless odometry is older than its stamps']
 
 
-@each_row(('lag', 'share', 'bound'), [(0.02, 0.3, 0.01), (0.15, 0.7, 0.03)])
+@pytest.mark.parametrize(('lag', 'share', 'bound'), [(0.02, 0.3, 0.01), (0.15, 0.7, 0.03)])
 def test_odometry_that_is_carried_forward_brings_the_robot_nearer(lag, share, bound):
     parameters = configure(load([CONFIG / 'wall_clock.yaml']))
     assert parameters.position_controller.compensate_latency

@@ -4,7 +4,6 @@ import subprocess
 import sys
 
 import pytest
-from each import each_row
 from measuring import configuration
 
 from mobile_robot_control.loop import batch
@@ -82,7 +81,7 @@ def test_a_base_that_follows_at_once_tracks_like_the_kinematic_loop():
     assert at_once < 0.001 < lagging < 0.03
 
 
-@each_row(('law', 'plant'), [
+@pytest.mark.parametrize(('law', 'plant'), [
     ('backstepping', {'delay.velocity_steps': 2, 'noise.pose': [0.01, 0.02, 0.01]}),
     ('fuzzy', {'delay.velocity_steps': 2, 'disturbance.step': [0.01, 0.0]}),
     ('backstepping', {'drive': 'velocity', 'base.lag': [0.1, 0.1]}),
@@ -117,7 +116,7 @@ def test_trials_with_the_same_curve_share_their_references():
     assert len(references(cart_motion(one))) == 100
 
 
-@each_row('workers', [1, 2])
+@pytest.mark.parametrize('workers', [1, 2])
 def test_a_pool_keeps_the_order(workers):
     trials = [make_trial(configuration(plant={'initial_pose': [x / 10.0, 0.0, 0.0]}), 0.2) for x in range(9)]
     pool = batch.Pool(workers)

@@ -4,7 +4,6 @@ import math
 
 import chapter
 import pytest
-from each import each_row
 from measuring import configuration, measured
 
 from mobile_robot_control.loop.batch import run_trials
@@ -44,7 +43,7 @@ def test_ordinary_backstepping_needs_torques_beyond_50_newton_metres():
     assert {side: abs(value) for side, value in found['initial_wheel_torque'].items()} == found['peak_wheel_torque']
 
 
-@each_row(('start', 'seconds'), [(ON_THE_CURVE, 3.0), ([0.8, -0.1, 0.3], 6.0)])
+@pytest.mark.parametrize(('start', 'seconds'), [(ON_THE_CURVE, 3.0), ([0.8, -0.1, 0.3], 6.0)])
 def test_hybrid_backstepping_needs_far_smaller_torques(start, seconds):
     found, last = measured(parameters(4000.0, 'hybrid_backstepping', 'lemniscate', start), seconds)
     assert max(found['peak_wheel_torque'].values()) < 3.0

@@ -4,7 +4,6 @@ import math
 
 import pytest
 from drawn import drawn
-from each import each_row
 from promising import BASES
 from stand_in_model import drive
 
@@ -66,7 +65,7 @@ class Frozen:
         return self._kept
 
 
-@each_row('since', [0.0, 0.6, 7.7, 11.3, 21.4])
+@pytest.mark.parametrize('since', [0.0, 0.6, 7.7, 11.3, 21.4])
 def test_a_base_stays_in_the_box_when_its_odometry_freezes(since):
     for name, base in BASES.items():
         area = Area(2.8, 2.8, BodyVelocity(0.7, 1.5))
@@ -76,7 +75,7 @@ def test_a_base_stays_in_the_box_when_its_odometry_freezes(since):
         assert all(area.holds(x, y) for x, y, _ in poses), name
 
 
-@each_row(('distort', 'is_fault'), [
+@pytest.mark.parametrize(('distort', 'is_fault'), [
     (lambda seen, time: (seen[0] + 0.36 * (time > 9.0), *seen[1:]), True),
     (lambda seen, time: (*seen[:2], seen[2] - 0.8 * (time > 9.0), *seen[3:]), True),
     # a second source, here and there

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from each import each_row
 from observation import observed
 from scipy.integrate import solve_ivp
 
@@ -71,8 +70,8 @@ def drive_by_backstepping(curve, start, gains):
                  lambda e1, e2, e3, *_: lyapunov_rate(TrackingError(e1, e2, e3), gains))
 
 
-@each_row('gains', [GAINS, STEEP])
-@each_row(('curve', 'start'), [
+@pytest.mark.parametrize('gains', [GAINS, STEEP])
+@pytest.mark.parametrize(('curve', 'start'), [
     ('trifolium', (0.6, 0.3, 0.2)), ('lemniscate', (1.2, -0.4, -2.5)), ('circle', (0.0, 0.0, 3.0)),
     ('line', (-0.5, 0.6, -1.5)),
 ])
@@ -87,8 +86,8 @@ def test_equations_26_to_28_on_moving_carts(curve, start, gains):
         assert abs(errors[-1].heading) < 0.05
 
 
-@each_row('name', LAWS)
-@each_row(('curve', 'start'), [
+@pytest.mark.parametrize('name', LAWS)
+@pytest.mark.parametrize(('curve', 'start'), [
     ('trifolium', (0.6, 0.3, 0.2)), ('lemniscate', (1.2, -0.4, -0.9)), ('circle', (0.2, 0.0, 3.0)),
 ])
 def test_the_lyapunov_function_of_a_law_changes_by_its_rate_and_never_rises(name, curve, start):
@@ -100,8 +99,8 @@ def test_the_lyapunov_function_of_a_law_changes_by_its_rate_and_never_rises(name
     assert abs(errors[-1].heading) < 0.05
 
 
-@each_row('error', [(0.3, -0.2, 0.7), (-1.0, 0.5, 2.9), (0.1, 0.4, -1.8)])
-@each_row('time', [0.3, 5.0, 11.0])
+@pytest.mark.parametrize('error', [(0.3, -0.2, 0.7), (-1.0, 0.5, 2.9), (0.1, 0.4, -1.8)])
+@pytest.mark.parametrize('time', [0.3, 5.0, 11.0])
 def test_equation_24_is_the_derivative_of_equation_23(error, time):
     placement, h = Placement(), 1e-3
     e1, e2, e3 = error
@@ -129,7 +128,7 @@ def test_equation_24_is_the_derivative_of_equation_23(error, time):
     assert rates == pytest.approx([omega * e2 + u1, -omega * e1 + v_r * math.sin(e3), u2], abs=1e-9)
 
 
-@each_row('offset', [1e-3, -1e-3])
+@pytest.mark.parametrize('offset', [1e-3, -1e-3])
 def test_deviation_2_facing_away_is_a_saddle_that_the_error_leaves(offset):
     start = (1.0, 0.0, 0.5 * math.pi - math.pi + offset)
     errors, _, _ = drive_by_backstepping('circle', start, GAINS)

@@ -6,7 +6,6 @@ import math
 from pathlib import Path
 
 import pytest
-from each import each_row
 from harness import run_command
 
 from mobile_robot_control.runs.metrics import summary
@@ -98,7 +97,7 @@ def test_dynamic_feedback_commands_the_speed_that_the_listing_commands():
     assert measures(apart)['rms_position_error'] == pytest.approx(23.436e-3, rel=5e-5)
 
 
-@each_row(('law', 'gain', 'heading_feedback', 'printed'), [
+@pytest.mark.parametrize(('law', 'gain', 'heading_feedback', 'printed'), [
     ('ramsete', 'b', lambda v, e_y, e_phi, k: G * v * math.sin(e_phi) / e_phi * e_y + k * e_phi,
      (12.671e-3, 0.079316, 4.8217e-3)),
     ('periodic', 'g', lambda v, e_y, e_phi, k: G * v * math.cos(e_phi / 2.0)**4 * e_y + k * math.sin(e_phi),

@@ -1,6 +1,7 @@
 """Every robot of this package drives one lap of its curve, within a bound of its true error."""
 
-from each import each_row
+
+import pytest
 
 from mobile_robot_control.loop.batch import run_trials
 from mobile_robot_control.loop.trial import make_trial
@@ -17,7 +18,7 @@ def test_every_robot_has_a_bound():
     assert set(BOUNDS) == set(shipped_robots())
 
 
-@each_row('robot', BOUNDS)
+@pytest.mark.parametrize('robot', BOUNDS)
 def test_a_robot_drives_a_lap_within_its_bound(robot):
     parameters = at_cart_start(configure(load([shipped_robots()[robot]])))
     period = parameters.reference_cart.curve.placement.period

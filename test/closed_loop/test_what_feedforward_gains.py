@@ -5,7 +5,6 @@ from functools import cache
 from typing import Annotated, NamedTuple
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.control.law import Law, NoState
 from mobile_robot_control.control.laws import LAWS
@@ -47,14 +46,14 @@ def test_the_error_of_the_default_law_is_that_of_the_start_alone():
 
 
 # the rules of the fuzzy law do not follow the cart exactly, whatever the robot does
-@each_row('law', [law for law in LAWS if law != 'fuzzy'])
+@pytest.mark.parametrize('law', [law for law in LAWS if law != 'fuzzy'])
 def test_the_settled_error_of_a_law_falls_tenfold(law):
     (rms, settled), (fed_rms, fed_settled) = errors(law, False), errors(law, True)
     assert fed_settled < 0.1 * settled
     assert fed_rms < rms
 
 
-@each_row(('mass', 'friction'), [(0.7, 0.7), (0.7, 1.3), (1.3, 0.7), (1.3, 1.3)])
+@pytest.mark.parametrize(('mass', 'friction'), [(0.7, 0.7), (0.7, 1.3), (1.3, 0.7), (1.3, 1.3)])
 def test_with_constants_that_are_30_percent_wrong_it_is_better_than_without(mass, friction):
     def settled(configuration):
         scenario = configured_scenario(configuration)._replace(mass=mass, friction=friction)

@@ -18,7 +18,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from each import each
 
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.settings.nodes import NODES
@@ -156,7 +155,7 @@ def test_every_command_of_a_page_runs(domain, path, tmp_path):
     _run(script(path), tmp_path, 580)
 
 
-@each(PAGES, _name)
+@pytest.mark.parametrize('path', PAGES, ids=_name)
 def test_what_does_not_run_exists(path):
     """Also the `ros2` commands within the text."""
     script(path)

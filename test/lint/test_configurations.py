@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 import yaml
-from each import each
 from robots_table import PLACEHOLDER, head, sourced_parameters
 
 from mobile_robot_control.control.laws import BUILT_IN, PositionControl
@@ -36,7 +35,7 @@ def _flat(tree, prefix=''):
         yield from _flat(value, f'{prefix}{key}.') if isinstance(value, dict) else [f'{prefix}{key}']
 
 
-@each(FILES, _id)
+@pytest.mark.parametrize('path', FILES, ids=_id)
 def test_every_shipped_file_loads_with_and_without_a_namespace_and_names_declared_parameters_alone(path):
     assert configure(load([path], namespace='/robot1')) == configure(load([path]))
     for section, content in yaml.safe_load(path.read_text()).items():
@@ -58,7 +57,7 @@ def test_the_defaults_equal_backstepping_yaml_and_a_further_law_has_its_defaults
         assert loaded.velocity_controller == Configuration().velocity_controller
 
 
-@each(ROBOTS, _id)
+@pytest.mark.parametrize('path', ROBOTS, ids=_id)
 def test_every_number_of_a_robot_has_its_source_above_it(path):
     """A source names a place, a choice its reason, a placeholder why it has its value."""
     text = path.read_text(encoding='utf-8')
@@ -73,7 +72,7 @@ def test_every_number_of_a_robot_has_its_source_above_it(path):
         assert ('placeholder' in kind.lower()) == one.source.startswith(PLACEHOLDER), f'{one.name}: {one.source}'
 
 
-@each(ROBOTS, _id)
+@pytest.mark.parametrize('path', ROBOTS, ids=_id)
 def test_every_robot_can_drive_its_curve(path):
     """With a fifth of its speed to spare, within its own limits and those of its position controller."""
     configuration = configure(load([path]))
@@ -103,7 +102,7 @@ def test_the_command_that_found_the_gains_of_a_robot_is_one_of_tune(capsys):
     assert robots == {path.stem for path in ROBOTS} - {'chapter'}
 
 
-@each(ROBOTS, _id)
+@pytest.mark.parametrize('path', ROBOTS, ids=_id)
 def test_the_position_controller_of_a_robot_carries_odometry_forward_by_its_age_at_a_position_tick(path):
     """A sample that arrives between two ticks waits for the next one; a stamp of when it was taken tells its age."""
     configuration = configure(load([path]))
@@ -116,7 +115,7 @@ def test_the_position_controller_of_a_robot_carries_odometry_forward_by_its_age_
     assert control['compensate_latency'] == (age > 0.0)
 
 
-@each(product(('lemniscate', 'trifolium'), ('backstepping', 'hybrid_backstepping', 'fuzzy')))
+@pytest.mark.parametrize('case', product(('lemniscate', 'trifolium'), ('backstepping', 'hybrid_backstepping', 'fuzzy')))
 def test_the_chapter_files_have_the_printed_numbers(case):
     curve, law = case
     configuration = configure(load([CONFIG / 'chapter' / f'{curve}_{law}.yaml']))

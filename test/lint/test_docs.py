@@ -8,7 +8,6 @@ from pathlib import Path
 
 import metric_tables
 import pytest
-from each import each_row
 from notebook_page import markdown_of
 from parameter_table import insert_parameters, tables
 from robots_table import insert_robots
@@ -215,7 +214,7 @@ def test_the_search_of_the_site_works_from_a_disk(browser, tmp_path):
     assert not browser.errors()
 
 
-@each_row('page', ['README.md', 'docs/lockstep.md', 'docs/how_it_works.md'])
+@pytest.mark.parametrize('page', ['README.md', 'docs/lockstep.md', 'docs/how_it_works.md'])
 def test_runs_are_promised_to_repeat_on_one_kind_of_processor(page):
     sentences = re.split(r'[.:] ', ' '.join((DOCS.parent / page).read_text(encoding='utf-8').split()))
     promised = [text for text in sentences if re.search(r'(runs|reruns)\b.*(last bit|are equal)', text)]

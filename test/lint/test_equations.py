@@ -5,7 +5,7 @@ import inspect
 import re
 from pathlib import Path
 
-from each import each
+import pytest
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / 'docs' / 'equations.md').read_text(encoding='utf-8')
@@ -44,7 +44,7 @@ def test_every_equation_of_the_chapter_is_mapped():
     assert {number for row in EQUATIONS for number in _numbers(row[0])} == set(range(1, 36))
 
 
-@each(EQUATIONS, lambda row: row[0])
+@pytest.mark.parametrize('row', EQUATIONS, ids=lambda row: row[0])
 def test_mapped_functions_and_tests_exist(row):
     _, _, functions, tests = row
     assert _code(functions)
@@ -77,7 +77,7 @@ def test_deviations_are_numbered_one_by_one():
     assert [row[0] for row in DEVIATIONS] == [str(n) for n in range(1, len(DEVIATIONS) + 1)]
 
 
-@each(DEVIATIONS, lambda row: f'{row[0]} {row[1]}')
+@pytest.mark.parametrize('row', DEVIATIONS, ids=lambda row: f'{row[0]} {row[1]}')
 def test_every_deviation_has_its_tests(row):
     tests = _code(row[-1])
     assert tests

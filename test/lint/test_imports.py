@@ -7,7 +7,6 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
-from each import each_row
 from package_drawing import imported_names
 
 PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
@@ -86,7 +85,7 @@ def test_ros_and_heavy_libraries_are_imported_where_they_belong(imported):
     assert not wrong
 
 
-@each_row(('modules', 'absent'), [
+@pytest.mark.parametrize(('modules', 'absent'), [
     (['', '.runs.simulation', '.testing'], ROS | HEAVY), (['.runs.run', '.runs.samples'], ROS | HEAVY - {'numpy'}),
     ([f'.ros.nodes.{node}' for node in ('plant', 'velocity_controller', 'position_controller', 'reference_cart')],
      HEAVY - {'numpy'} | {'rosbags', 'tqdm'}),

@@ -4,7 +4,7 @@ import re
 import subprocess
 from pathlib import Path
 
-from each import each
+import pytest
 from notebooks import text_of
 from package_drawing import PICTURE, drawing
 
@@ -45,7 +45,7 @@ def faults(path, text):
             yield f'{target}: no such heading'
 
 
-@each(FILES, lambda path: str(path.relative_to(ROOT)))
+@pytest.mark.parametrize('path', FILES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_link_leads_to_a_file_and_a_heading(path):
     assert not list(faults(path, text_of(path, ('markdown',))))
 

@@ -11,7 +11,6 @@ from xml.etree import ElementTree
 
 import pytest
 import yaml
-from each import each_row
 
 from mobile_robot_control.version import __version__
 
@@ -44,7 +43,7 @@ def _assert_installed(executables, library, more=''):
                    capture_output=True, timeout=120, check=True)
 
 
-@each_row('code', [0, 3])
+@pytest.mark.parametrize('code', [0, 3])
 def test_the_installation_gives_signs_of_life_and_its_own_exit_code(tmp_path, code):
     folder = tmp_path / str(code)
     folder.mkdir()

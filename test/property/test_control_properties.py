@@ -5,7 +5,6 @@ import math
 import chapter
 import numpy as np
 import pytest
-from each import each_row
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from observation import observed
@@ -314,7 +313,7 @@ def steps(name, inputs):
     return commands
 
 
-@each_row('name', SYMMETRIC)
+@pytest.mark.parametrize('name', SYMMETRIC)
 @settings(max_examples=50)
 @given(inputs=st.lists(st.tuples(ERRORS, REFERENCES), min_size=1, max_size=4))
 def test_the_command_for_the_mirrored_error_is_mirrored(name, inputs):
@@ -323,7 +322,7 @@ def test_the_command_for_the_mirrored_error_is_mirrored(name, inputs):
         assert (other.linear, -other.angular) == one
 
 
-@each_row('name', SYMMETRIC)
+@pytest.mark.parametrize('name', SYMMETRIC)
 @settings(max_examples=50)
 @given(reference=REFERENCES.filter(lambda reference: abs(reference.velocity.linear) > 0.2))
 def test_on_the_cart_the_command_is_its_velocity(name, reference):

@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from each import each
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -83,7 +82,7 @@ def test_unknown_names_are_all_refused(values):
         assert any(violation.startswith(f"unknown parameter '{name}'") for violation in violations)
 
 
-@each(NODES)
+@pytest.mark.parametrize('node', NODES)
 def test_build_and_flatten_are_inverse_to_each_other(node):
     defaults = getattr(Configuration(), node)
     assert build(NODES[node], flatten(defaults)) == defaults

@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-from each import each_row
+import pytest
 
 from mobile_robot_control import testing
 
@@ -64,7 +64,7 @@ def test_a_file_of_a_curve_alone_passes(tmp_path, capsys, monkeypatch, registere
         '  passed: closed', '  passed: speed', '  left out: over DDS (over_dds=False)'], '')
 
 
-@each_row(('text', 'message'), [
+@pytest.mark.parametrize(('text', 'message'), [
     ('x = 1', 'has neither LAW nor CURVE'),
     ('raise ValueError("no")', 'cannot be imported (ValueError: no in {file}, line 1)'),
     ('LAW = 1', 'LAW is of type int'), ('CURVE = 1', 'CURVE is of type int'), (None, 'cannot be read'),

@@ -7,7 +7,6 @@ import signal
 import time
 
 import pytest
-from each import each_row
 from harness import CONFIG, numbers_in, run_command, start_experiment
 from mcap_ros2.reader import read_ros2_messages
 from processes import processes_of, threads_of
@@ -139,7 +138,7 @@ def test_another_robot_on_the_same_topics_is_refused(robot, tmp_path):
     assert not (tmp_path / 'run').exists()
 
 
-@each_row(('name', 'value', 'refusal'), [
+@pytest.mark.parametrize(('name', 'value', 'refusal'), [
     ('ROS_DOMAIN_ID', 'abc', "ROS_DOMAIN_ID = 'abc' is no ROS domain"),
     ('ROS_STATIC_PEERS', 'nonsense', 'Unable to resolve peer nonsense'),
 ])

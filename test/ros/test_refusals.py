@@ -6,7 +6,6 @@ import sys
 import types
 
 import pytest
-from each import each_row
 from harness import CONFIG, run_command
 
 from mobile_robot_control.parameters.declaration import ParameterError
@@ -70,7 +69,7 @@ def _spin(capfd, node, *arguments):
     return code, capfd.readouterr().err
 
 
-@each_row(('node', 'text', 'words'), FILES)
+@pytest.mark.parametrize(('node', 'text', 'words'), FILES)
 def test_nodes_and_commands_refuse_a_file(domain, tmp_path, capfd, node, text, words):
     file = tmp_path / 'parameters.yaml'
     file.write_text(text)
@@ -81,7 +80,7 @@ def test_nodes_and_commands_refuse_a_file(domain, tmp_path, capfd, node, text, w
         assert word in str(refused.value)
 
 
-@each_row(('node', 'arguments', 'words'), ARGUMENTS)
+@pytest.mark.parametrize(('node', 'arguments', 'words'), ARGUMENTS)
 def test_nodes_refuse_arguments(domain, capfd, node, arguments, words):
     _assert_refused(*_spin(capfd, node, *arguments), words)
 
@@ -96,7 +95,7 @@ def test_of_a_file_for_all_nodes_each_takes_its_sections_and_whole_numbers_as_fl
     assert _spin(capfd, 'plant', *FUZZY, *whole)[0] == 0
 
 
-@each_row(('program', 'words'), [
+@pytest.mark.parametrize(('program', 'words'), [
     (['ros.executables', 'plant', '--ros-args', '-p', 'robot.mass:=0.0'], ['robot.mass = 0.0']),
     (['runs.simulation', '--duration', '1', '-p', '/**.robot.mass:=0.0'], ['robot.mass = 0.0']),
     (['runs.simulation'], ['usage', 'duration']),
@@ -129,7 +128,7 @@ def test_a_folder_without_permission_is_refused(domain, tmp_path):
 
 
 
-@each_row(('names', 'arguments', 'violation'), [
+@pytest.mark.parametrize(('names', 'arguments', 'violation'), [
     *(('position_controller', [*FUZZY, option, rule],
        "fuzzy.yaml: section '/**/position_controller' does not reach the node position_controller, which is renamed")
       for option in ('-r', '--remap') for rule in ('__node:=pc', '__name:=pc', 'position_controller:__node:=pc')),
@@ -151,7 +150,7 @@ def test_renamed_nodes_are_told_what_does_not_reach_them(names, arguments, viola
     assert violation in found
 
 
-@each_row(('names', 'arguments'), [
+@pytest.mark.parametrize(('names', 'arguments'), [
     ('plant', ['-r', '__node:=robot', '-p', 'robot:duration:=1.0']),
     ('plant reference_cart', ['-r', 'plant:__node:=x']),
     # of several rules the first one counts, as in rcl

@@ -3,14 +3,13 @@
 import math
 
 import pytest
-from each import each_row
 from hypothesis import given
 from hypothesis import strategies as st
 
 from mobile_robot_control.angles import direction, wrap_angle
 
 
-@each_row(('angle', 'wrapped'), [
+@pytest.mark.parametrize(('angle', 'wrapped'), [
     (math.pi, math.pi), (-math.pi, math.pi), (4.0, 4.0 - 2.0 * math.pi), (-4.0, 2.0 * math.pi - 4.0),
     (-2.0 * math.pi, 0.0), (3.0 * math.pi, math.pi), (-7.5 * math.pi, 0.5 * math.pi),
 ])
@@ -18,12 +17,12 @@ def test_angles_wrapped_by_hand(angle, wrapped):
     assert wrap_angle(angle) == pytest.approx(wrapped, abs=1e-14)
 
 
-@each_row('angle', [math.nextafter(math.pi, 0.0), math.nextafter(-math.pi, 0.0), 5e-324, -1e-17, 0.1])
+@pytest.mark.parametrize('angle', [math.nextafter(math.pi, 0.0), math.nextafter(-math.pi, 0.0), 5e-324, -1e-17, 0.1])
 def test_an_angle_already_inside_comes_back_bit_for_bit(angle):
     assert wrap_angle(angle) == angle
 
 
-@each_row('angle', [-9.0, -3.0, -0.5, 0.5, 3.0, 9.0, 100.0])
+@pytest.mark.parametrize('angle', [-9.0, -3.0, -0.5, 0.5, 3.0, 9.0, 100.0])
 def test_equation_35(angle):
     # f(x) = 2 atan(tan(x/2)), away from the odd multiples of pi where it loses precision
     assert wrap_angle(angle) == pytest.approx(2.0 * math.atan(math.tan(angle / 2.0)), abs=1e-12)
@@ -38,11 +37,11 @@ def test_wrapping_leads_into_the_interval_however_large_is_idempotent_and_keeps_
     assert abs(turns - round(turns)) < 1e-15 * (1.0 + abs(angle) / (2.0 * math.pi))
 
 
-@each_row('angle', [math.inf, -math.inf, math.nan])
+@pytest.mark.parametrize('angle', [math.inf, -math.inf, math.nan])
 def test_nonfinite_angles_have_neither_a_wrapped_value_nor_a_direction(angle):
     assert all(map(math.isnan, (wrap_angle(angle), *direction(angle))))
 
 
-@each_row('angle', [0.0, 1.0, -3.0, 1e300])
+@pytest.mark.parametrize('angle', [0.0, 1.0, -3.0, 1e300])
 def test_a_direction_is_cosine_and_sine(angle):
     assert direction(angle) == (math.cos(angle), math.sin(angle))

@@ -1,6 +1,7 @@
 """The table of the loop's topics, and what follows from it."""
 
-from each import each_row
+
+import pytest
 
 from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS, POSITION_TOPICS, first_silent, silent_node
@@ -20,7 +21,7 @@ def test_every_topic_has_one_rate_and_belongs_to_nodes_that_exist():
         assert LOOP_TOPICS[question].publisher == 'plant'
 
 
-@each_row(('loop', 'node', 'inputs'), [
+@pytest.mark.parametrize(('loop', 'node', 'inputs'), [
     (TORQUE, 'plant', {'wheel_torques': 'velocity_controller'}),
     (TORQUE, 'velocity_controller', {'joint_states': 'plant', 'cmd_vel': 'position_controller'}),
     # a base takes cmd_vel itself
@@ -40,7 +41,7 @@ def test_no_node_needs_the_joint_states_of_a_base():
     assert [loop.command for loop in (TORQUE, VELOCITY)] == ['wheel_torques', 'cmd_vel']
 
 
-@each_row(('loop', 'newest', 'node'), [
+@pytest.mark.parametrize(('loop', 'newest', 'node'), [
     (TORQUE, {}, 'reference_cart'),
     (TORQUE, {'reference': 10}, 'position_controller'),
     (TORQUE, {'reference': 0, 'cmd_vel': 10, 'wheel_torques': 12}, 'reference_cart'),
@@ -56,7 +57,7 @@ def test_the_first_node_without_an_answer_is_the_silent_one(loop, newest, node):
     assert first_silent(newest, stamp=12, tick=10, loop=loop) == node
 
 
-@each_row(('newest', 'lockstep', 'loop', 'silent'), [
+@pytest.mark.parametrize(('newest', 'lockstep', 'loop', 'silent'), [
     ({}, True, TORQUE, 'plant'),
     (ALL, True, TORQUE, 'plant'),
     (ALL | {'reference': 10}, True, TORQUE, 'reference_cart'),

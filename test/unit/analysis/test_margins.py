@@ -5,7 +5,6 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from each import each_row
 from harness import CONFIG
 
 from mobile_robot_control import BodyVelocity, Pose
@@ -238,7 +237,7 @@ def test_a_base_that_takes_every_command_at_once_has_the_delay_margin_of_an_inte
     assert loop_margins(straight(command_rate=400.0)).position == found
 
 
-@each_row(('dead_time', 'stable'), [(0.075, True), (0.085, False)])
+@pytest.mark.parametrize(('dead_time', 'stable'), [(0.075, True), (0.085, False)])
 def test_that_delay_margin_is_the_dead_time_with_which_the_motion_leaves_the_line(dead_time, stable):
     samples = list(rollout(straight(dead_time=dead_time), 20.0))
     before, after = (max(abs(one.tick.error.longitudinal) for one in samples if first <= one.time < first + 5.0)
@@ -252,7 +251,7 @@ def lagging(curve, period, lag=0.0, file='wall_clock.yaml'):
                                             'plant.drive:=velocity', f'plant.base.lag:=[{lag}, {lag}]']))
 
 
-@each_row(('loop', 'multiplier'), [
+@pytest.mark.parametrize(('loop', 'multiplier'), [
     (lagging('lemniscate', 5.0, 0.12), 0.635), (lagging('lemniscate', 5.0, 0.14), 1.16)])
 def test_the_multiplier_of_the_lap_decides_what_is_stable(loop, multiplier):
     found = loop_margins(loop)
@@ -294,7 +293,7 @@ def test_a_law_that_switches_where_it_is_linearised_has_no_margins():
     assert (tick.state.law.seen, tick.state.law.fade) == (TRACKING.seen, TRACKING.fade)
 
 
-@each_row(('file', 'changed', 'reason'), [
+@pytest.mark.parametrize(('file', 'changed', 'reason'), [
     ('', {'position_controller': {'controller_type': 'backstepping', 'backstepping.f': 1e4}}, 'the motion diverges'),
     ('', {'reference_cart': {'period': 1e6}}, 'a lap of 1e+06 s'),
     ('wall_clock.yaml', {'plant': {**BASE, 'odometry.rate': 29.97}}, 'no common pattern'),

@@ -4,7 +4,6 @@ import json
 import math
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.analysis.margins import UNKNOWN, UNSTABLE, LapMargins, LoopMargins, Margins
 from mobile_robot_control.analysis.modelled import EFFECTS, describe_model, drive_of, pattern_of, smooth_part
@@ -109,7 +108,7 @@ def test_every_effect_of_a_base_is_warned_of_until_it_is_modelled_or_ruled_out()
         'drive': 'velocity', 'ruled_out': ', '.join(BASE_EFFECTS.values())}})))
 
 
-@each_row(('values', 'ruled_out'), [
+@pytest.mark.parametrize(('values', 'ruled_out'), [
     ({'odometry.jitter': 0.02}, 'base.command_jitter'), ({'base.command_jitter': 0.02}, 'odometry.jitter'),
     ({'base.max_deceleration': [1.0, 2.0]}, 'base.max_acceleration'),
     ({'noise.velocity': 0.1}, 'noise.pose'), ({}, 'base.lag'),
@@ -131,7 +130,7 @@ def test_what_is_ruled_out_is_a_parameter_that_is_off():
     assert 'ruled_out: base.lag is not off' in refused(ruled_out='base.lag', **{'base.lag': [0.1, 0.0]})
 
 
-@each_row(('changed', 'warning'), [
+@pytest.mark.parametrize(('changed', 'warning'), [
     ({'gain': 1.99}, 'position loop has a thin gain margin, 1.99'),
     ({'lowest': 0.51}, 'position loop has a thin lower gain margin, 0.51'),
     # 50 ms are 5 periods

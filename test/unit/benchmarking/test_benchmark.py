@@ -12,7 +12,6 @@ import sys
 import time
 
 import pytest
-from each import each_row
 
 import mobile_robot_control as mrc
 from mobile_robot_control.benchmarking import command as benchmark
@@ -145,7 +144,9 @@ def test_a_law_of_a_file_ranks_beside_the_shipped_ones_and_those_that_fail_come_
     assert 'no answer' in (tmp_path / 'out' / 'benchmark.html').read_text()
 
 
-@each_row(('works', 'asked'), [('gains.k == 1.0', ['--budgets', 100]), ('False', []), ('True', ['--no-tune'])])
+@pytest.mark.parametrize(('works', 'asked'), [
+    ('gains.k == 1.0', ['--budgets', 100]), ('False', []), ('True', ['--no-tune']),
+])
 def test_a_law_whose_search_drives_no_candidate_is_not_searched_has_no_rank_and_counts_in_no_mean(
     track, tmp_path, capsys, works, asked
 ):
@@ -250,7 +251,7 @@ def _damaged(*_):
     raise ParameterError(['a journal is damaged'])
 
 
-@each_row(('end', 'told'), [
+@pytest.mark.parametrize(('end', 'told'), [
     (_damaged, 'a journal is damaged'), (lambda *_: os.kill(os.getpid(), signal.SIGKILL), 'fewer --workers')])
 def test_an_error_in_a_process_and_its_death_are_told(track, tmp_path, monkeypatch, capsys, end, told):
     monkeypatch.setattr(side_by_side, 'run_cell', end)
@@ -274,7 +275,7 @@ def test_processes_end_with_a_parent_that_is_killed(track, tmp_path):
         assert parent.stdout.read() == ''
 
 
-@each_row(('arguments', 'told'), [
+@pytest.mark.parametrize(('arguments', 'told'), [
     (['--robot', 'kobuki'], 'each track names its robot'),
     (['--tracks', 'rectangel'], "did you mean 'rectangle'?"),
     (['--laws', 'lqrr'], 'lqrr'),
@@ -293,7 +294,7 @@ def test_what_cannot_be_compared_is_refused_by_name(track, tmp_path, capsys, mon
     assert told in capsys.readouterr().err
 
 
-@each_row(('said', 'told'), [
+@pytest.mark.parametrize(('said', 'told'), [
     ('{initial_pose: 5}', 'initial_pose = 5'), ('{initial_pose: [a, b, c]}', 'initial_pose = ['),
     ('{initial_pose: [1.0]}', 'initial_pose = ['), ('{initial_pose: {x: 1.0}}', 'initial_pose.x = 1.0'),
     ('{gains: {b: [1.0, 2.0]}}', 'ramsete.b = [1.0, 2.0]'), ('{gains: {b: much}}', "ramsete.b = 'much'"),
@@ -318,12 +319,12 @@ def test_a_published_number_that_a_run_does_not_have_is_a_dash(track, tmp_path, 
     assert 'energy – (1 published), iae 0.' in capsys.readouterr().out
 
 
-@each_row('damage', [
+@pytest.mark.parametrize('damage', [
     b'', b'null', b'5', b'"results"', b'{}', b'[1]', b'\xff\xfe\x00', b'9' * 5000, b'[' * 100_000, b'{"a":' * 100_000,
     lambda whole: whole[:len(whole) // 2], lambda whole: whole.replace(b'true', b'false', 1),
     lambda whole: json.dumps(json.loads(whole)['cell']).encode(), lambda whole: whole.decode().encode('utf-16') + b'x',
     'fifo', 'folder', 'endless',
-], name=lambda damage: str(damage)[:20])
+], ids=lambda damage: str(damage)[:20])
 def test_a_damaged_cell_is_told_by_name_before_anything_runs(track, tmp_path, capsys, monkeypatch, damage):
     out = tmp_path / 'out'
     words = ['--no-tune', '--laws', 'ramsete', 'kanayama', '--runs', 2]

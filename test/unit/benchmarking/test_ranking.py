@@ -3,7 +3,7 @@
 import itertools
 
 import numpy as np
-from each import each_row
+import pytest
 
 from mobile_robot_control.benchmarking.ranking import better_pairs, quantile, rank_ranges, ranked, shared_scenarios
 from mobile_robot_control.loop.monte_carlo import Judged
@@ -19,7 +19,7 @@ def _noisy(mean, seed):
     return _runs(mean + 0.001 * np.random.default_rng(seed).standard_normal(RUNS))
 
 
-@each_row(('runs', 'ranks'), [
+@pytest.mark.parametrize(('runs', 'ranks'), [
     # far apart, and not
     ({'slow': _noisy(0.03, 1), 'best': _noisy(0.01, 2), 'alike': _noisy(0.01, 3)},
      {'best': (1, 2), 'alike': (1, 2), 'slow': (3, 3)}),

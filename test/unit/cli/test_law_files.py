@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.runs import simulation as simulate
 from mobile_robot_control.search import command as tune
@@ -42,7 +41,7 @@ def test_a_law_from_a_file_is_searched_and_the_other_laws_gains_stay(tmp_path):
     assert gains.a < 1e6
 
 
-@each_row(('arguments', 'words'), [
+@pytest.mark.parametrize(('arguments', 'words'), [
     (['--bounds', 'k1=0:2'], "'k1' may be position_controller.my_kanayama.k1 or velocity_controller.gains.k1"),
     (['--keep', 'k3'], "keep: there is no gene 'k3' here"),
     (['--keep', 'a', 'p', 'my_kanayama.k1', 'gains.k1', 'ti1', 'k2', 'ti2'], "'my_kanayama' leaves nothing to search"),
@@ -70,7 +69,7 @@ def test_resume_refuses_a_journal_whose_law_has_changed(tmp_path, capsys):
     assert tune.main([*search, '1', '--resume']) == 0
 
 
-@each_row(('option', 'text', 'words'), [
+@pytest.mark.parametrize(('option', 'text', 'words'), [
     ('--law', 'import nowhere', "cannot be imported (ModuleNotFoundError: No module named 'nowhere' in {file}, "
      'line 1); mend it, or leave it out'),
     ('--law', 'x = 1', 'has no LAW; a law is a record of that name'),

@@ -6,7 +6,6 @@ import subprocess
 import sys
 
 import pytest
-from each import each_row
 from harness import CONFIG
 
 from mobile_robot_control.experiment import command as experiment
@@ -45,7 +44,7 @@ def test_a_value_that_is_refused_is_one_line(capsys):
     assert "'one\\ntwo\\x1b[2J' is of type str; write a number [s]" in capsys.readouterr().err
 
 
-@each_row('raised', RAISES)
+@pytest.mark.parametrize('raised', RAISES)
 def test_whatever_a_file_raises_is_a_refusal_in_one_line(tmp_path, capsys, raised):
     file = tmp_path / 'law.py'
     file.write_text(f'raise {raised}\n')
@@ -87,7 +86,7 @@ def test_a_variable_that_tqdm_cannot_read_is_not_used():
     assert done.stderr.startswith("not used: TQDM_MININTERVAL='x' (")
 
 
-@each_row(('content', 'told'), [
+@pytest.mark.parametrize(('content', 'told'), [
     (b'\xac', ''),  # it offers nothing to this package
     (b'[mobile_robot_control.laws]\n\xac', 'not loaded: entry points of installed packages: UnicodeDecodeError'),
 ])
@@ -119,7 +118,7 @@ def test_nothing_is_written_beside_or_over_what_is_no_file(tmp_path, capsys):
     assert (pipe.is_fifo(), set(os.listdir('/dev'))) == (True, devices)
 
 
-@each_row(('command', 'words'), [(simulate, SHORT), (tune, [*TUNE, '--output', 'no.yaml']),
+@pytest.mark.parametrize(('command', 'words'), [(simulate, SHORT), (tune, [*TUNE, '--output', 'no.yaml']),
                                  (study, ['--runs', '1', '--seed', '1', '--output', 'no'])])
 def test_a_parameter_file_without_end_is_refused(tmp_path, capsys, monkeypatch, command, words):
     monkeypatch.chdir(tmp_path)

@@ -5,7 +5,6 @@ import subprocess
 import sys
 
 import pytest
-from each import each_row
 from processes import processes_of, wait_until
 
 LAW = """
@@ -48,7 +47,7 @@ def start(folder, work, *words):
 
 
 @pytest.mark.timeout(300)
-def test_a_signal_ends_work_that_does_not_look_at_it(tmp_path):
+def test_a_signal_ends_work_that_does_not_look_at_it(tmp_path, subtests):
     rows = [
         (work, number, words) for work, number in ((LOOP, signal.SIGTERM), (DEAF, signal.SIGINT)) for words in (
             ['simulate', '--duration', '1', '--output', 'run.csv', *SMALL, *CHOSEN],
@@ -59,21 +58,18 @@ def test_a_signal_ends_work_that_does_not_look_at_it(tmp_path):
     # all at once, since each waits
     started = [start(tmp_path / str(n), work, *words) for n, (work, _, words) in enumerate(rows)]
 
-    @each_row(('row', 'process'), list(zip(rows, started, strict=True)), name=lambda one: str(one[0][1:]))
-    def ends(row, process):
-        work, number, _ = row
-        printed = ''
-        while 'stepping' not in printed:
-            printed = process.stderr.readline()
-            assert printed
-        process.send_signal(number)
-        _, printed = process.communicate(timeout=60)
-        assert process.returncode == 1, printed
-        assert 'Traceback' not in printed
-        assert 'interrupted' in printed or work is DEAF
-
     try:
-        ends()
+        for (work, number, words), process in zip(rows, started, strict=True):
+            with subtests.test(number=number, words=words):
+                printed = ''
+                while 'stepping' not in printed:
+                    printed = process.stderr.readline()
+                    assert printed
+                process.send_signal(number)
+                _, printed = process.communicate(timeout=60)
+                assert process.returncode == 1, printed
+                assert 'Traceback' not in printed
+                assert 'interrupted' in printed or work is DEAF
     finally:
         for process in started:
             process.kill()

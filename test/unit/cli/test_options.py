@@ -6,7 +6,6 @@ import sys
 
 import pytest
 from commands import command_modules
-from each import each_row
 
 from mobile_robot_control.cli import make_main, make_parser, sources_of
 from mobile_robot_control.experiment import command as experiment
@@ -26,7 +25,7 @@ from mobile_robot_control.studying.engine import StudyRequest
 from mobile_robot_control.version import __version__
 
 
-@each_row(('error', 'code', 'messages'), [
+@pytest.mark.parametrize(('error', 'code', 'messages'), [
     (ParameterError(['one', 'two']), 2, ['name: one', 'name: two']),
     (OSError(28, 'No space left on device', '/full/file'), 1, ['name: /full/file: No space left on device; make room']),
     (OSError(errno.EDQUOT, 'Disk quota exceeded', '/full/file'), 1, ['make room']),
@@ -65,7 +64,7 @@ def test_keywords_are_refused_all_at_once():
         make_request(StudyRequest, {'seed': 1})
 
 
-@each_row('command', [simulate, study, tune, report])
+@pytest.mark.parametrize('command', [simulate, study, tune, report])
 def test_an_unknown_option_is_named_before_one_that_is_missing(capsys, command):
     with pytest.raises(SystemExit) as ended:
         command.main(['--overwrit'])

@@ -5,7 +5,7 @@ import importlib
 from pathlib import Path
 
 import numpy as np
-from each import each_row
+import pytest
 
 import mobile_robot_control as mrc
 from mobile_robot_control.settings.files import read_override
@@ -22,7 +22,7 @@ def test_every_name_is_there_and_is_what_type_checkers_see():
     assert (PACKAGE / 'py.typed').is_file()
 
 
-@each_row(('value', 'read'), [
+@pytest.mark.parametrize(('value', 'read'), [
     (np.float64(0.1), 0.1), (np.int64(3), 3), (np.array([0.1, 0.2]), [0.1, 0.2]), ((1, 0.5), [1.0, 0.5]),
     ((True, False), [True, False]), ('1e-3', '1e-3'), ('true', 'true'), (1e-07, 1e-07), ([], []),
 ])

@@ -10,7 +10,6 @@ from random import Random
 
 import broken_laws
 import pytest
-from each import each_row
 
 from mobile_robot_control import BodyVelocity, Law
 from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutError, holding
@@ -68,7 +67,7 @@ def test_products_and_safe_functions_are_equal_to_the_last_bit():
     assert compared(products_step) == ([], [])
 
 
-@each_row(('step', 'offset', 'expression'), [
+@pytest.mark.parametrize(('step', 'offset', 'expression'), [
     (cube_step, 2, 'e1 ** 3 (write products'), (length_step, 3, 'math.hypot(e1, e2) (write math.sqrt(x * x + y * y)'),
 ])
 def test_a_difference_in_last_bits_is_a_warning_that_names_the_line_and_fails_a_law_of_the_package(
@@ -124,7 +123,7 @@ def test_what_a_step_is_bound_to_is_looked_into():
     assert [one.text for one in suspects(lambda state, observation, gains, dt: (state, power(dt)))] == ['x **= 4']
 
 
-@each_row('step', [broken_laws.sound_step, len, partial(math.fmod, 2.0)])
+@pytest.mark.parametrize('step', [broken_laws.sound_step, len, partial(math.fmod, 2.0)])
 def test_safe_steps_and_those_without_a_source_have_none(step):
     assert suspects(step) == []
 
@@ -148,7 +147,7 @@ def transcendental(x, y):
     )
 
 
-@each_row('expressions', [basic, transcendental])
+@pytest.mark.parametrize('expressions', [basic, transcendental])
 def test_safe_expressions_are_compiled_to_the_last_bit(expressions):
     numba = pytest.importorskip('numba')
     compiled = numba.njit(error_model='numpy')(expressions)

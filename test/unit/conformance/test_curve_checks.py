@@ -4,7 +4,6 @@ import itertools
 import math
 
 import pytest
-from each import each, each_row
 
 from mobile_robot_control import Curve, CurvePoint
 from mobile_robot_control.conformance.checks import ConformanceError
@@ -47,8 +46,9 @@ def spiral(s):
                       -r * cos - 0.02 * sin, -r * sin + 0.02 * cos)
 
 
-@each([*BUILT_IN, Curve('ellipse', ellipse), Curve('stadium', stadium), Curve('spiral', spiral, closed=False)],
-      lambda curve: curve.name)
+@pytest.mark.parametrize('curve', [
+    *BUILT_IN, Curve('ellipse', ellipse), Curve('stadium', stadium), Curve('spiral', spiral, closed=False),
+], ids=lambda curve: curve.name)
 def test_the_curves_of_the_package_and_sound_ones_pass(curve):
     before = dict(CURVES)
     result = check_curve(curve, over_dds=False)
@@ -57,7 +57,7 @@ def test_the_curves_of_the_package_and_sound_ones_pass(curve):
     assert dict(CURVES) == before
 
 
-@each_row(('record', 'failing', 'text'), [
+@pytest.mark.parametrize(('record', 'failing', 'text'), [
     (Curve('broken', wandering), {'pure'}, 'pure: returned CurvePoint(x=2.0'),
     (Curve('broken', lambda s: ellipse(s)._replace(y=math.nan) if s > 100.0 else ellipse(s)), {'finite'}, 'y=nan'),
     (Curve('broken', lambda s: ellipse(s) if s < 100.0 else ellipse(1.0 / 0.0)), {'finite'},

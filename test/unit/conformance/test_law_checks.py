@@ -6,7 +6,6 @@ from typing import Annotated, NamedTuple
 
 import pytest
 from broken_laws import BROKEN, MIXED, PAIR, SOLVING, SOUND, Count
-from each import each, each_row
 
 from mobile_robot_control import Field
 from mobile_robot_control.conformance.checks import ConformanceError, LeftOutError, file_option, holding, run_checks
@@ -35,14 +34,14 @@ def test_the_laws_of_the_package_pass_and_are_compiled_to_the_last_bit(law):
         {} if law.repair else {'repair': 'the law has no repair'})
 
 
-@each([SOUND, MIXED, PAIR, SOLVING], lambda law: law.name)
+@pytest.mark.parametrize('law', [SOUND, MIXED, PAIR, SOLVING], ids=lambda law: law.name)
 def test_a_sound_law_passes_and_gains_that_a_rule_refuses_are_not_tried(law):
     before = dict(LAWS)
     assert set(PLAIN) - {'repair'} <= set(checked_plain(law).passed)
     assert dict(LAWS) == before
 
 
-@each(BROKEN)
+@pytest.mark.parametrize('what', BROKEN)
 def test_what_is_broken_is_named_with_an_input(what):
     law, failing, (check, *texts) = BROKEN[what]
     with pytest.raises(ConformanceError) as failure:
@@ -56,7 +55,7 @@ class TooLarge(NamedTuple):
     k: Annotated[float, Field('1/s', 'larger closes the gap sooner', above=0.0, maximum=2.0, live=True)] = 3.0
 
 
-@each_row(('record', 'text'), [
+@pytest.mark.parametrize(('record', 'text'), [
     ('kanayama', 'LAW is of type str'),
     (SOUND._replace(name='No name'), "the name 'No name' of a law is no ROS name"),
     (SOUND._replace(name='fuzzy'), "the law 'fuzzy' is defined in mobile_robot_control already"),

@@ -4,7 +4,6 @@ import itertools
 import math
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.control.approach import FACING, Approach, approach_step, stands_still
 from mobile_robot_control.control.compensation import carried_forward
@@ -15,7 +14,7 @@ from mobile_robot_control.reference.waiting import ALIGNED, NEAR
 SPEED = 0.2
 
 
-@each_row(('arrived', 'error', 'after', 'command'), [
+@pytest.mark.parametrize(('arrived', 'error', 'after', 'command'), [
     # v = 1.5 d, where that is less
     (False, (0.1, 0.0, 1.0), False, (0.15, 0.0)),
     # a cart at the side is turned to first, at the speed over 0.25 m
@@ -39,7 +38,7 @@ def test_the_command_is_the_one_by_hand(arrived, error, after, command):
     assert found == pytest.approx(command, abs=1e-12)
 
 
-@each_row('start', itertools.product((-1.5, 1.5), (-1.5, 0.01, 1.5), (-1.5, math.pi)))
+@pytest.mark.parametrize('start', itertools.product((-1.5, 1.5), (-1.5, 0.01, 1.5), (-1.5, math.pi)))
 def test_the_robot_comes_to_rest_where_the_cart_goes_on(start):
     cart, pose, state = Pose(0.0, 0.0, 0.7), Pose(*start), Approach()
     for _ in range(1000):
@@ -50,6 +49,6 @@ def test_the_robot_comes_to_rest_where_the_cart_goes_on(start):
     assert abs(tracking_error(cart, pose).heading) <= FACING < ALIGNED
 
 
-@each_row(('velocity', 'still'), [((0.0, -0.0), True), ((0.0, 1e-9), False), ((1e-9, 0.0), False)])
+@pytest.mark.parametrize(('velocity', 'still'), [((0.0, -0.0), True), ((0.0, 1e-9), False), ((1e-9, 0.0), False)])
 def test_a_cart_stands_where_neither_velocity_is_other_than_zero(velocity, still):
     assert stands_still(Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(*velocity))) == still

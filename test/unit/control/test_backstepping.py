@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from each import each_row
 from observation import ask
 
 from mobile_robot_control.control import backstepping
@@ -17,7 +16,7 @@ ERROR = TrackingError(0.3, -0.4, math.pi / 6)
 STEEP = GAINS._replace(alpha=2.0)
 
 
-@each_row(('alpha', 'u1', 'u2'), [
+@pytest.mark.parametrize(('alpha', 'u1', 'u2'), [
     # by hand: u1 = -1.5 * 0.3 * 2; u2 = -(2 * 1.5 / 0.5) * 2 * -0.4 - 0.5 * 0.5 * 3
     (1.0, -0.9, 4.05),
     # (e1² + e2²)^0.5 = 0.5: u2 = (2 * 1.5 * 1.5 / 0.5) * 0.5 * 2 * 0.4 - 0.75

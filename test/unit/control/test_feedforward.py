@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from each import each_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -44,7 +43,7 @@ def test_torques_of_the_motion_alone_are_fed_forward_and_limits_do_not_wind_the_
         assert found == (VelocityPiState(), torque)
 
 
-@each_row('curve', CURVES)
+@pytest.mark.parametrize('curve', CURVES)
 def test_accelerations_are_the_slopes_of_the_velocities(curve):
     h = 1e-4
     for time in (0.0, 0.3, 2.0, 4.4, 8.9, 100.0):
@@ -79,7 +78,7 @@ def test_without_a_horizon_nothing_is_computed():
     assert len(references_along(CurveCourse(once, PLACED), 2)(10**9, 10**7)) == 3
 
 
-@each_row(('shared', 'cart', 'words'), [
+@pytest.mark.parametrize(('shared', 'cart', 'words'), [
     ({'feedforward.enabled': True}, {}, 'feedforward.enabled = True needs reference_horizon = 1 or more'),
     ({'reference_horizon': 1}, {'period': 1e-7}, r'acceleration of .* beyond 1e.12; lower the scale or raise'),
 ])

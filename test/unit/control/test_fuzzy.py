@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from each import each_row
 from observation import ask
 
 from mobile_robot_control.control import fuzzy
@@ -16,7 +15,7 @@ FB, B, S, F, FF = GAINS.c
 CW, ST, CCW = GAINS.d
 
 
-@each_row(('bearing', 'shares'), [
+@pytest.mark.parametrize(('bearing', 'shares'), [
     (0.0, (1.0, 0.0, 0.0)),
     (0.25, (0.5, 0.0, 0.0)),
     (0.4, (0.2, 0.0, 0.0)),
@@ -36,7 +35,7 @@ def test_deviation_6_shapes_over_the_bearing(bearing, shares):
     assert left.small_negative == left.great_negative == right.small_positive == right.great_positive == 0.0
 
 
-@each_row(('distance', 'bearing', 'command'), [
+@pytest.mark.parametrize(('distance', 'bearing', 'command'), [
     (0.0, -2.8, (B, CW)),
     (0.0, -1.2, (F, CW)),
     (0.0, 0.0, (S, ST)),
@@ -52,13 +51,13 @@ def test_each_of_the_ten_rules_where_it_fires_alone(distance, bearing, command):
     assert surface(distance, bearing, GAINS) == pytest.approx(command, rel=1e-15)
 
 
-@each_row(('heading', 'velocity'), [(0.0, (0.0, 0.0)), (2.0, (3.0, -1.0))])
+@pytest.mark.parametrize(('heading', 'velocity'), [(0.0, (0.0, 0.0)), (2.0, (3.0, -1.0))])
 def test_equation_34_the_law_sees_distance_and_bearing_alone(heading, velocity):
     _, command = ask(fuzzy, (0.25 * math.cos(1.5), 0.25 * math.sin(1.5), heading), velocity, GAINS)
     assert command == pytest.approx(surface(0.25, 1.5, GAINS), rel=1e-14)
 
 
-@each_row(('name', 'value', 'remedy'), [
+@pytest.mark.parametrize(('name', 'value', 'remedy'), [
     ('b', [0.5, 1.0, 1.0, 2.0, 1.5, 2.5], 'it must hold that b2 < b3 < b4'),
     ('b', [0.5, 0.1, 2.0, 2.0, 1.5, 2.5], 'it must hold that b2 < b3 < b4'),
     ('b', [0.5, 0.5, 1.0, 2.0, 1.5, 2.5], 'it must hold that b2 < b1'),

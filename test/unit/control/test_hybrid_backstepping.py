@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from each import each_row
 from observation import ask
 from scipy.linalg import expm
 
@@ -40,18 +39,18 @@ def test_equation_30_while_fading_in():
     assert command == pytest.approx((0.25 * inner.linear, 0.25 * inner.angular - 0.75 * 0.4), rel=1e-14)
 
 
-@each_row('bearing', [0.1, 0.5 * math.pi, 3.0])
+@pytest.mark.parametrize('bearing', [0.1, 0.5 * math.pi, 3.0])
 def test_equation_31_turns_towards_the_cart(bearing):
     for side in (1.0, -1.0):
         assert step(HybridState(), towards(side * bearing))[0].seek == pytest.approx(side * 0.05, rel=1e-14)
 
 
-@each_row('lateral', [0.0, -0.0])
+@pytest.mark.parametrize('lateral', [0.0, -0.0])
 def test_deviation_4_straight_behind_counts_as_left(lateral):
     assert step(HybridState(), (-1.0, lateral, 0.0))[0].seek == pytest.approx(0.05, rel=1e-14)
 
 
-@each_row('sign', [1.0, -1.0])
+@pytest.mark.parametrize('sign', [1.0, -1.0])
 def test_deviation_5_the_seeking_rotation_grows_up_to_its_speed(sign):
     state, turns = HybridState(), []
     for _ in range(30):
@@ -61,12 +60,12 @@ def test_deviation_5_the_seeking_rotation_grows_up_to_its_speed(sign):
     assert turns == pytest.approx([sign * min(1.0, 0.05 * k) for k in range(30)], abs=1e-14)
 
 
-@each_row(('distance', 'seen'), [(0.999e-6, 1.0), (1.001e-6, 0.0)])
+@pytest.mark.parametrize(('distance', 'seen'), [(0.999e-6, 1.0), (1.001e-6, 0.0)])
 def test_equation_33_latches_within_a_micrometre_of_the_cart(distance, seen):
     assert step(HybridState(last_bearing=2.0), towards(2.0, distance))[0].seen == seen
 
 
-@each_row(('last', 'now', 'seen'), [
+@pytest.mark.parametrize(('last', 'now', 'seen'), [
     (1.5, -1.5, 1.0),
     (-0.1, 0.1, 1.0),
     (0.1, 0.05, 0.0),
@@ -102,9 +101,9 @@ def test_deviation_4_the_seeking_rotation_is_frozen_once_the_cart_is_seen():
 
 
 # poles a million apart, apart, and at the double pole and beside it
-@each_row(('b0', 'b1'), [(1e-6, 1.0), (0.25, 1.25), *((0.25, math.sqrt(1.0 + excess)) for excess in (
+@pytest.mark.parametrize(('b0', 'b1'), [(1e-6, 1.0), (0.25, 1.25), *((0.25, math.sqrt(1.0 + excess)) for excess in (
     0.0, 1e-15, 1e-13, 1e-12, 1e-9, 1e-4))])
-@each_row('start', [(0.3, -0.7, 1.0), (0.8, 0.4, 0.0)])
+@pytest.mark.parametrize('start', [(0.3, -0.7, 1.0), (0.8, 0.4, 0.0)])
 def test_equation_32_exactly_under_held_z(b0, b1, start):
     # y' = F y with y = (alpha - z, alpha'), by the exponential of F
     (fade, rate, z), dt = start, 0.02

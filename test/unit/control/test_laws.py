@@ -10,7 +10,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from each import each_row
 from observation import observed
 
 import mobile_robot_control
@@ -40,7 +39,7 @@ SEEN = seen((0.2, 0.1, -0.3), (0.5, 0.2))
 ON_THE_CART = seen((0.0, 0.0, 0.0), (0.5, 0.2))
 
 
-@each_row(('parameters', 'function', 'gains'), [
+@pytest.mark.parametrize(('parameters', 'function', 'gains'), [
     (HYBRID, hybrid_backstepping.step, (GENTLE.backstepping, GENTLE.hybrid_backstepping)),
     (GENTLE._replace(controller_type='fuzzy'), fuzzy.step, GENTLE.fuzzy),
 ])
@@ -60,7 +59,7 @@ def test_parameters_are_equal_where_all_of_them_are():
     assert GENTLE.backstepping != GENTLE
 
 
-@each_row('horizon', [-1, 1.5])
+@pytest.mark.parametrize('horizon', [-1, 1.5])
 def test_a_law_whose_horizon_is_no_number_of_ticks_is_refused(horizon):
     refusal, = law_violations(LAWS['fuzzy']._replace(horizon=horizon))
     assert refusal == f"'fuzzy': its horizon is {horizon}; write the number of position ticks ahead"
@@ -79,7 +78,7 @@ def test_new_gains_do_not_jump_and_the_difference_decays_in_a_fifth_of_a_second(
         assert command == pytest.approx(expected, rel=1e-12)
 
 
-@each_row(('under_way', 'state'), [(False, HybridState()), (True, TRACKING)])
+@pytest.mark.parametrize(('under_way', 'state'), [(False, HybridState()), (True, TRACKING)])
 def test_a_hybrid_law_seeks_the_cart_only_at_the_start_of_a_run_and_keeps_its_state_under_new_gains(under_way, state):
     running = begin(HYBRID, DT, under_way)
     assert running.state.law == state
@@ -94,7 +93,7 @@ def test_a_change_before_the_first_step_starts_from_rest():
     assert command == pytest.approx((0.0, 0.0), abs=1e-15)
 
 
-@each_row(('limits', 'command', 'before', 'limited'), [
+@pytest.mark.parametrize(('limits', 'command', 'before', 'limited'), [
     (Limits(), (1e9, -1e9), (0.0, 0.0), (1e9, -1e9)),
     (Limits(linear_velocity=0.5), (-0.7, 3.0), (0.0, 0.0), (-0.5, 3.0)),
     (Limits(angular_velocity=2.0), (0.7, 3.0), (0.0, 0.0), (0.7, 2.0)),

@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from each import each_row
 from observation import ask, observed
 
 from mobile_robot_control.control import dynamic_feedback_linearization, sliding_mode
@@ -22,7 +21,7 @@ LINEARIZING = LinearizingGains(kp=4.0, kd=5.0, xi_min=0.1)
 SLIDING = SlidingGains(rate1=0.5, layer1=0.1, rate2=2.0, layer2=0.4, slope=5.0)
 
 
-@each_row(('state', 'error', 'velocity', 'after', 'command'), [
+@pytest.mark.parametrize(('state', 'error', 'velocity', 'after', 'command'), [
     # a run begins at the speed of the cart, without a difference
     (CompensatorState(), (0.0, 0.0, 0.0), (0.5, 0.2), (1.0, 0.5, 0.5), (0.5, 0.2)),
     # e3 = pi/2: along = -v_r ω_r + kd (0 - ξ) + kp e1, across = dv_r/dt + kd v_r + kp e2, and
@@ -39,7 +38,7 @@ def test_the_compensator_with_hand_numbers(state, error, velocity, after, comman
     assert found == (pytest.approx(after, rel=1e-14), pytest.approx(command, rel=1e-14))
 
 
-@each_row(('curve', 'kp', 'kd', 'poles'), [
+@pytest.mark.parametrize(('curve', 'kp', 'kd', 'poles'), [
     ('trifolium', 4.0, 5.0, (-1.0, -4.0)), ('circle', 5.0, 2.0, (-1.0 + 2.0j, -1.0 - 2.0j))])
 def test_the_error_in_the_plane_has_the_poles_that_the_gains_name(curve, kp, kd, poles):
     """The theorem of the source: p_r - p obeys a linear equation, along x and y alike, however large it is."""
@@ -58,20 +57,22 @@ def test_the_error_in_the_plane_has_the_poles_that_the_gains_name(curve, kp, kd,
     assert abs(np.array(found) - exact).max() < 2e-3
 
 
-@each_row(('surface', 'share'), [(0.0, 0.0), (0.05, 0.25), (-0.1, -0.5), (0.2, 1.0), (7.0, 1.0), (-7.0, -1.0)])
+@pytest.mark.parametrize(('surface', 'share'), [
+    (0.0, 0.0), (0.05, 0.25), (-0.1, -0.5), (0.2, 1.0), (7.0, 1.0), (-7.0, -1.0),
+])
 def test_within_the_boundary_layer_the_sign_becomes_a_share(surface, share):
     assert saturation(surface, 0.2) == pytest.approx(share, abs=1e-15)
 
 
 # x = 5 * 0.5 * 0.4 = 1: α = pi/4, ∂α/∂e2 = 1.25, ∂α/∂v_r = 1; dv_r/dt = 0.2, or 0 at the first step
-@each_row(('state', 'rate'), [(SlidingState(1.0, 0.48), 0.2), (SlidingState(), 0.0)])
+@pytest.mark.parametrize(('state', 'rate'), [(SlidingState(1.0, 0.48), 0.2), (SlidingState(), 0.0)])
 def test_the_sliding_mode_with_hand_numbers(state, rate):
     omega = (0.3 + 1.0 * rate + 1.25 * 0.5 + 2.0) / (1.0 + 1.25 * 0.05)
     after, command = ask(sliding_mode, (0.05, 0.4, UP), (0.5, 0.3), SLIDING, 0.1, state)
     assert (*after, *command) == pytest.approx((1.0, 0.5, 0.4 * omega + 0.25, omega), rel=1e-14)
 
 
-@each_row('ahead', [-0.4, -0.41, -0.39, -100.0])
+@pytest.mark.parametrize('ahead', [-0.4, -0.41, -0.39, -100.0])
 def test_with_the_cart_behind_the_turn_stays_within_bounds(ahead):
     # 1 + ∂α/∂e2 e1 is zero at e1 = -0.4 and beside it of either sign
     _, command = ask(sliding_mode, (ahead, 0.0, 0.1), (0.5, 0.3), SLIDING, 0.1, SlidingState())

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from each import each_row
 from observation import ask
 from scipy.linalg import expm, solve_discrete_are
 
@@ -40,23 +39,23 @@ def optimal(a, b, q, r):
     return x, np.linalg.solve(r + b.T @ x @ b, b.T @ x @ a)
 
 
-@each_row(('v_r', 'omega_r'), [(0.4, 0.0), (0.4, 1e-3), (0.4, -0.02), (-0.7, 2.0), (0.0, 1.0)])
-@each_row('dt', [0.01, 0.5])
+@pytest.mark.parametrize(('v_r', 'omega_r'), [(0.4, 0.0), (0.4, 1e-3), (0.4, -0.02), (-0.7, 2.0), (0.0, 1.0)])
+@pytest.mark.parametrize('dt', [0.01, 0.5])
 def test_the_model_is_the_linearised_one_exactly_over_a_period(v_r, omega_r, dt):
     whole = np.zeros((5, 5))
     whole[:3] = [[0.0, omega_r, 0.0, 1.0, 0.0], [-omega_r, 0.0, v_r, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 1.0]]
     assert np.hstack(error_dynamics(v_r, omega_r, dt)) == pytest.approx(expm(whole * dt)[:3], abs=1e-11)
 
 
-@each_row('v_r', [SPEEDS[0], SPEEDS[4], -SPEEDS[4], SPEEDS[-1]])
-@each_row('omega_r', [0.0, TURNS[5], -TURNS[5], TURNS[-1]])
+@pytest.mark.parametrize('v_r', [SPEEDS[0], SPEEDS[4], -SPEEDS[4], SPEEDS[-1]])
+@pytest.mark.parametrize('omega_r', [0.0, TURNS[5], -TURNS[5], TURNS[-1]])
 def test_at_the_nodes_of_the_table_the_command_is_optimal_for_all_signs(v_r, omega_r):
     # sin and cos of e3 are 1e-12 from linear
     _, expected = optimal(*error_dynamics(v_r, omega_r, DT), np.diag(WEIGHTS), np.eye(2))
     assert gains_at(v_r, omega_r) == pytest.approx(expected, abs=1e-5)
 
 
-@each_row(('v_r', 'omega_r'), [(0.4, 0.2), (0.22, -1.1), (0.65, 1.9), (-1.0, 0.6)])
+@pytest.mark.parametrize(('v_r', 'omega_r'), [(0.4, 0.2), (0.22, -1.1), (0.65, 1.9), (-1.0, 0.6)])
 def test_between_the_nodes_the_gains_are_near_the_optimal_ones(v_r, omega_r):
     exact = np.array(feedback(WEIGHTS, v_r, omega_r, DT))
     assert gains_at(v_r, omega_r) == pytest.approx(exact, abs=0.06 * abs(exact).max())
@@ -77,7 +76,7 @@ def test_scalar_equations_by_hand():
     assert solved(((0.0, 2.0), (4.0, 1.0)), ((6.0,), (7.0,))) == ((1.0,), (3.0,))
 
 
-@each_row('seed', range(32))
+@pytest.mark.parametrize('seed', range(32))
 def test_random_systems_have_the_solution_of_scipy(seed):
     draws = np.random.default_rng(seed)
     inputs = draws.integers(1, 4)

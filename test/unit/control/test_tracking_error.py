@@ -3,13 +3,12 @@
 import math
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.control.tracking_error import bearing, distance, tracking_error
 from mobile_robot_control.quantities import Pose, TrackingError
 
 
-@each_row(('reference', 'pose', 'error'), [
+@pytest.mark.parametrize(('reference', 'pose', 'error'), [
     # facing up: what lies 3 up and 2 to the right is 3 ahead and -2 to the left
     ((3.0, 5.0, math.pi), (1.0, 2.0, 0.5 * math.pi), (3.0, -2.0, 0.5 * math.pi)),
     # facing back
@@ -21,7 +20,7 @@ def test_equation_23_with_hand_numbers(reference, pose, error):
     assert tracking_error(Pose(*reference), Pose(*pose)) == pytest.approx(error, abs=1e-15)
 
 
-@each_row(('e1', 'e2', 'far', 'expected'), [
+@pytest.mark.parametrize(('e1', 'e2', 'far', 'expected'), [
     (3.0, -4.0, 5.0, -0.9272952180016122),
     (0.0, 2.0, 2.0, 0.5 * math.pi),
     (-1.0, -1.0, math.sqrt(2.0), -0.75 * math.pi),

@@ -4,7 +4,6 @@ import math
 from random import Random
 
 import pytest
-from each import each_row
 from observation import ask
 
 from mobile_robot_control.control import kanayama, periodic, ramsete
@@ -18,7 +17,7 @@ UP = 0.5 * math.pi
 KANAYAMA, RAMSETE, PERIODIC = KanayamaGains(2.0, 10.0, 4.0), RamseteGains(4.0, 0.5), PeriodicGains(4.0, 0.5)
 
 
-@each_row(('law', 'gains', 'error', 'velocity', 'command'), [
+@pytest.mark.parametrize(('law', 'gains', 'error', 'velocity', 'command'), [
     # faster by kx e1, turning left by v_r ky e2, by v_r ktheta sin e3 with the speed v_r cos e3
     (kanayama, KANAYAMA, (0.1, 0.1, 0.0), (0.5, 0.2), (0.7, 0.7)),
     (kanayama, KANAYAMA, (0.0, 0.0, UP), (0.5, 0.2), (0.0, 2.2)),

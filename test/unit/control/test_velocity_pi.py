@@ -5,7 +5,6 @@ import re
 
 import chapter
 import pytest
-from each import each_row
 from scipy.integrate import solve_ivp
 
 from mobile_robot_control.control import velocity_pi
@@ -72,7 +71,7 @@ def continuous_step_response(channel, time, literal):
     return solve_ivp(loop, (0.0, time), [0.0, 0.0], method='LSODA', rtol=1e-10, atol=1e-12).y[0, -1]
 
 
-@each_row(('channel', 'command'), [('linear', (1.0, 0.0)), ('angular', (0.0, 1.0))])
+@pytest.mark.parametrize(('channel', 'command'), [('linear', (1.0, 0.0)), ('angular', (0.0, 1.0))])
 def test_equations_18_to_22_hold_with_the_g_of_17(channel, command):
     # within 0.3 ms, one time constant, at 2 MHz
     dt, pi, state = 5e-7, VelocityPiState(), dynamics.at_rest(Pose(0.0, 0.0, 0.0))
@@ -87,7 +86,7 @@ def test_equations_18_to_22_hold_with_the_g_of_17(channel, command):
     assert reached < 0.7
 
 
-@each_row(('start', 'command', 'measured', 'after', 'torque'), [
+@pytest.mark.parametrize(('start', 'command', 'measured', 'after', 'torque'), [
     # both wheels at the limit: the linear channel is held, the angular one has no error
     ((1.0, 0.5), (5.0, 0.0), (0.0, 0.0), (1.0, 0.5), (4.0, 4.0)),
     ((-1.0, -0.5), (-5.0, 0.0), (0.0, 0.0), (-1.0, -0.5), (-4.0, -4.0)),
@@ -104,7 +103,7 @@ def test_conditional_integration_stops_a_channel_that_asks_beyond_the_limit(star
     assert found == pytest.approx(torque, abs=1e-12)
 
 
-@each_row(('delay', 'rate'), [(0, 1577.0), (1, 3154.0), (2, 5104.0)])
+@pytest.mark.parametrize(('delay', 'rate'), [(0, 1577.0), (1, 3154.0), (2, 5104.0)])
 def test_deviation_12_the_slowest_stable_rate_of_the_evolved_gains(delay, rate):
     assert slowest_stable_rate(EVOLVED, ROBOT, 500.0, (delay,)) == pytest.approx(rate, rel=1e-3)
     assert spectral_radius(EVOLVED, ROBOT, 0.999 * rate, delay) > 1.0 > spectral_radius(
@@ -120,7 +119,7 @@ def test_the_spectral_radius_by_hand():
 
 
 # the wall clock takes the worse of one and two samples of delay
-@each_row(('rate', 'lockstep', 'delay', 'slowest', 'where'), [
+@pytest.mark.parametrize(('rate', 'lockstep', 'delay', 'slowest', 'where'), [
     (1000.0, True, 0, 1577.0, 'in lockstep'), (4000.0, False, 2, 5104.0, 'on the wall clock')])
 def test_instability_names_the_radius_and_the_slowest_rate(rate, lockstep, delay, slowest, where):
     text = instability(EVOLVED, ROBOT, rate, lockstep)
@@ -138,7 +137,7 @@ def test_constants_that_no_robot_has_are_named_and_no_rate_beyond_what_is_allowe
     assert 'Hz: raise' not in text
 
 
-@each_row('gain', [1e200, 1e308])
-@each_row('name', ['k1', 'k2'])
+@pytest.mark.parametrize('gain', [1e200, 1e308])
+@pytest.mark.parametrize('name', ['k1', 'k2'])
 def test_absurd_gains_are_unstable_rather_than_an_overflow(name, gain):
     assert instability(VelocityGains()._replace(**{name: gain}), ROBOT, 500.0, lockstep=False)

@@ -2,7 +2,7 @@
 
 import asyncio
 
-from each import each_row
+import pytest
 
 from mobile_robot_control.dashboard.server import AccessGate
 
@@ -30,7 +30,7 @@ def _ask(gate, kind='http', path='/', query='', **headers):
     return sent[0].get('status', sent[0]['type']), dict(sent[0].get('headers', ()))
 
 
-@each_row(('headers', 'status'), [
+@pytest.mark.parametrize(('headers', 'status'), [
     ({'host': HERE}, 200),
     ({'host': HERE, 'origin': f'http://{HERE}'}, 200),
     ({'host': HERE, 'origin': 'http://evil.example'}, 403),
@@ -46,7 +46,7 @@ def test_only_requests_to_this_host_from_its_own_pages_pass(headers, status):
     assert _ask(LOCAL, 'websocket', '/live', **headers)[0] == (200 if status == 200 else 'websocket.close')
 
 
-@each_row(('site', 'mode', 'dest', 'status', 'prefetched'), [
+@pytest.mark.parametrize(('site', 'mode', 'dest', 'status', 'prefetched'), [
     ('cross-site', 'no-cors', 'image', 403, 403), ('same-site', 'no-cors', 'empty', 403, 403),
     ('cross-site', 'navigate', 'iframe', 403, 403), ('cross-site', 'navigate', 'document', 200, 403),
     ('same-origin', 'cors', 'empty', 200, 200), ('none', 'navigate', 'document', 200, 200),

@@ -5,7 +5,6 @@ import math
 
 import pytest
 import yaml
-from each import each_row
 
 from mobile_robot_control.dashboard import teaching as module
 from mobile_robot_control.dashboard.lesson_files import read_lessons
@@ -45,7 +44,7 @@ def _refusal(folder, text=''):
     return str(refused.value)
 
 
-@each_row(('lesson', 'words'), [
+@pytest.mark.parametrize(('lesson', 'words'), [
     ([], 'is no lesson'),
     (_changed(title=None), 'title is missing'),
     (_changed(titel='A'), "titel is not known; did you mean 'title'"),

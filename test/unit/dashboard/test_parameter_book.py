@@ -3,7 +3,7 @@
 from concurrent.futures import Future
 from types import SimpleNamespace
 
-from each import each
+import pytest
 from rcl_interfaces.msg import FloatingPointRange, ListParametersResult, ParameterDescriptor, ParameterValue
 from rcl_interfaces.msg import SetParametersResult as Result
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
@@ -30,7 +30,7 @@ class Declared:
         self.descriptors[name] = descriptor
 
 
-@each(NODES)
+@pytest.mark.parametrize('node', NODES)
 def test_what_a_node_describes_is_what_it_declares(node):
     ours, stand_in = known_entries(node), Declared()
     declare(stand_in, NODES[node])

@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import pytest
 from bag_making import record
-from each import each_row
 from harness import CONFIG
 
 from mobile_robot_control.experiment import command as experiment
@@ -54,7 +53,7 @@ def test_every_run_has_the_curve_and_the_start_of_the_first(ran, tmp_path):
     assert 'rotation: 0.0' in (tmp_path / 'out' / 'other' / 'parameters.yaml').read_text()
 
 
-@each_row(('name', 'others', 'reason'), [
+@pytest.mark.parametrize(('name', 'others', 'reason'), [
     ('broken', ['fuzzy_1', 'fuzzy_2'], 'broken: node_died: no answer'), ('stopped', [], 'stopped: interrupted')])
 def test_a_failed_run_is_reported_and_a_stop_request_ends_the_comparison(ran, tmp_path, capsys, name, others, reason):
     ran.clear()

@@ -4,7 +4,6 @@ import os
 from xml.etree import ElementTree
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.experiment import node_processes
 from mobile_robot_control.experiment.folders import experiment_folders
@@ -35,7 +34,7 @@ def _run(error, *folders):
             raise error
 
 
-@each_row('error', [ParameterError(['refused']), OSError(28, 'full')])
+@pytest.mark.parametrize('error', [ParameterError(['refused']), OSError(28, 'full')])
 def test_a_run_that_is_refused_after_its_start_keeps_the_one_before(tmp_path, error):
     held = _held(tmp_path)
     with pytest.raises(type(error)):
@@ -66,14 +65,14 @@ def _variables_after(monkeypatch, folder, given, implementation=FAST_DDS):
         return os.environ
 
 
-@each_row('name', node_processes.PROFILES_VARIABLES)
+@pytest.mark.parametrize('name', node_processes.PROFILES_VARIABLES)
 def test_settings_of_fast_dds_in_a_file_that_the_user_has_named_stay_in_force(tmp_path, monkeypatch, name):
     given = LOCALHOST | {name: '/mine.xml'}
     assert _variables_after(monkeypatch, tmp_path, given) == given
     assert not list(tmp_path.iterdir())
 
 
-@each_row(('given', 'implementation', 'is_local'), [
+@pytest.mark.parametrize(('given', 'implementation', 'is_local'), [
     ({}, FAST_DDS, False),
     (LOCALHOST, FAST_DDS, True),
     ({'ROS_LOCALHOST_ONLY': '1'}, 'rmw_fastrtps_dynamic_cpp', True),

@@ -5,7 +5,6 @@ import math
 import pytest
 from bag_making import WALL, event, write
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from each import each_row
 from rclpy.serialization import serialize_message
 
 from mobile_robot_control.experiment import command as experiment
@@ -84,7 +83,7 @@ def test_a_run_holds_at_the_position_tick_before_each_change(made):
                            Change(TICK, 'reference_cart', 1, {'period': 8.0})]}, None)
 
 
-@each_row(('events', 'reason'), [
+@pytest.mark.parametrize(('events', 'reason'), [
     ([event(TICK, 'gripper', force=1.0)], "of the node 'gripper' at 10000000 ns of run 0: that node does not exist"),
     ([event(TICK, 'plant', wings=2)], "sets 'wings', which cannot be set; it is of another version"),
     ([event(TICK, 'position_controller', reset=[0.0, 0.0, 0.0])], "sets 'reset', which cannot be set"),

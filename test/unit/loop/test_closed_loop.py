@@ -5,7 +5,6 @@ import math
 
 import chapter
 import pytest
-from each import each_row
 from measuring import configuration
 from observation import observed
 
@@ -124,7 +123,7 @@ def test_there_is_a_truth_beside_the_tick_where_odometry_or_its_error_differ_fro
     assert ahead[-1].truth.error != ahead[-1].tick.error
 
 
-@each_row('drive', ['torque', 'velocity'])
+@pytest.mark.parametrize('drive', ['torque', 'velocity'])
 def test_odometry_is_sampled_from_the_wheels_of_its_own_step(drive):
     parameters = configuration(plant={'noise.velocity': 0.1, 'encoders.ticks': 2000, 'drive': drive})
     ticks = [sample for sample in rollout(parameters, 0.2) if sample.tick.time == sample.time]
@@ -142,7 +141,9 @@ def test_the_command_keeps_within_its_limits():
     assert max(steps) == pytest.approx(0.005, rel=1e-9)
 
 
-@each_row(('enabled', 'drive', 'there'), [(False, 'torque', False), (True, 'torque', True), (True, 'velocity', False)])
+@pytest.mark.parametrize(('enabled', 'drive', 'there'), [
+    (False, 'torque', False), (True, 'torque', True), (True, 'velocity', False),
+])
 def test_the_robot_and_the_coming_reference_are_there_for_torques_of_feedforward_alone(enabled, drive, there):
     shared = {'feedforward.enabled': enabled, 'reference_horizon': int(enabled)}
     loop, state = start(configure({node: {**shared, **({'drive': drive} if node == 'plant' else {})}
@@ -150,7 +151,7 @@ def test_the_robot_and_the_coming_reference_are_there_for_torques_of_feedforward
     assert bool(loop.nominal) is bool(state.coming) is there
 
 
-@each_row('law', LAWS)
+@pytest.mark.parametrize('law', LAWS)
 def test_a_law_starts_beside_the_path_and_stands_after_its_end(law, tmp_path):
     (tmp_path / 'path.csv').write_text('0,0\n1.5,0\n1.5,1\n')
     parameters = configure(load([], [
@@ -170,8 +171,8 @@ def test_a_law_starts_beside_the_path_and_stands_after_its_end(law, tmp_path):
         assert abs(math.remainder(tick.pose.heading - tick.reference.pose.heading, 2.0 * math.pi)) < 0.03
 
 
-@each_row(('x', 'y'), [(431254.1, 3771020.25), (-9e6, 1e6), (1e6, -2e6)])
-@each_row('drive', ['torque', 'velocity'])
+@pytest.mark.parametrize(('x', 'y'), [(431254.1, 3771020.25), (-9e6, 1e6), (1e6, -2e6)])
+@pytest.mark.parametrize('drive', ['torque', 'velocity'])
 def test_a_run_at_the_coordinates_of_a_map_is_that_at_the_origin(tmp_path, x, y, drive):
     def run(name, x, y):
         file = tmp_path / name

@@ -7,7 +7,6 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.jit import BEGUN
@@ -54,7 +53,7 @@ def _without_home(home, patch):
     patch.setattr(os.path, 'expanduser', lambda path: path)
 
 
-@each_row(('change', 'told'), [
+@pytest.mark.parametrize(('change', 'told'), [
     (lambda home, patch: home.chmod(0o777), 'mode 0777'), (lambda home, patch: home.chmod(0o770), 'mode 0770'),
     (lambda home, patch: home.chmod(0o755), 'mode 0755'), (lambda home, patch: _linked(home), 'is a link'),
     (lambda home, patch: patch.setattr(os, 'geteuid', lambda: os.getuid() + 1), f'belongs to user {os.getuid()}'),

@@ -4,7 +4,6 @@ import math
 from collections import Counter
 
 import pytest
-from each import each_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -46,8 +45,8 @@ def by_brute_force(curve, placement, x, y, time):
     return min(away(best), away(low))
 
 
-@each_row('name', list(PATHS))
-@each_row(('time', 'ahead', 'aside'), [(0.0, 0.0, 0.03), (5.3, -0.2, 0.1), (21.7, 0.5, -0.6)])
+@pytest.mark.parametrize('name', list(PATHS))
+@pytest.mark.parametrize(('time', 'ahead', 'aside'), [(0.0, 0.0, 0.03), (5.3, -0.2, 0.1), (21.7, 0.5, -0.6)])
 def test_it_is_the_distance_that_brute_force_finds(name, time, ahead, aside):
     pose = reference_at(CURVES[name], time, PLACED).pose
     cos, sin = math.cos(pose.heading), math.sin(pose.heading)
@@ -58,7 +57,7 @@ def test_it_is_the_distance_that_brute_force_finds(name, time, ahead, aside):
     assert across(PATHS[name], x, y, time, math.hypot(ahead, aside)) == pytest.approx(found, rel=1e-12)
 
 
-@each_row(('curve', 'scale', 'x', 'y', 'time', 'distance'), [
+@pytest.mark.parametrize(('curve', 'scale', 'x', 'y', 'time', 'distance'), [
     ('circle', 1.5, 2.0 * math.cos(1.0), 2.0 * math.sin(1.0), 0.0, 0.5),
     # half a lap from the cart both ends are a quarter of the circle away; here the quarter ends between two points
     ('circle', 1.0, 1.0, 0.0, 0.5 * PERIOD, math.sqrt(2.0)),
@@ -146,7 +145,7 @@ def measured(ticks):
     return [cart.cross_track(one, one.pose, abs(one.error.lateral)) for one in ticks]
 
 
-@each_row(('count', 'along'), [
+@pytest.mark.parametrize(('count', 'along'), [
     # at 4.7 s it waits for two laps, drives on and comes to the crossing at 8 s of its own
     (500, lambda n: 4.7 if 47 < n < 367 else 0.1 * (n if n < 48 else n - 320)),
     # a recording may begin within a lap, a reference be late at one tick and not at the next

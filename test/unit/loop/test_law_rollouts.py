@@ -5,7 +5,6 @@ import os
 from typing import Annotated, NamedTuple
 
 import pytest
-from each import each_row
 
 from mobile_robot_control import BodyVelocity, Field, Law, Observation, jitable
 from mobile_robot_control.control.law import LawFailedError
@@ -121,7 +120,7 @@ def test_the_reason_why_a_function_does_not_compile_is_that_of_the_innermost():
         f"Unknown attribute 'fmod' of type Module(<module 'math'>), at {os.path.realpath(__file__)}, line {line}")
 
 
-@each_row(('text', 'reason'), [
+@pytest.mark.parametrize(('text', 'reason'), [
     ('', 'ValueError'), ('no report at all', 'no report at all'),
     ('Failed in nopython mode pipeline (step: frontend)\n\n  Use of unsupported code\n', 'Use of unsupported code'),
 ])
@@ -181,7 +180,7 @@ def test_a_pool_of_processes_follows_a_law_that_is_registered_again(registered, 
     assert pool(trials_of(1.0)) == run_trials(trials_of(1.0)) != first
 
 
-@each_row(('step', 'reason', 'duration'), [
+@pytest.mark.parametrize(('step', 'reason', 'duration'), [
     (nan_at_last, 'its command is not finite', 0.44), (raising, 'ArithmeticError: no way', 0.0)])
 def test_a_law_that_fails_ends_the_rollout_with_its_outcome(registered, step, reason, duration):
     registered(Law('mine', step, Gains))

@@ -5,7 +5,6 @@ import os
 import signal
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.experiment import command as experiment
 from mobile_robot_control.loop.scenarios import ONE_RUN, check_run_length
@@ -21,7 +20,7 @@ TUNE = ['backstepping', '--seed', '1']
 STUDY = ['--runs', '1', '--seed', '1']
 
 
-@each_row(('command', 'arguments', 'refusal'), [
+@pytest.mark.parametrize(('command', 'arguments', 'refusal'), [
     (simulate, ['--duration', '1e11'], 'duration = 1e+11: 5e+13 steps at velocity_rate = 500 Hz would take too'),
     (simulate, ['--duration', '1e-9'], 'is too short for a step at velocity_rate = 500 Hz; ask for at least 0.002 s'),
     (experiment, ['--duration', '1e-9'], 'duration = 1e-09 s is too short for a step'),

@@ -6,7 +6,6 @@ from itertools import product
 
 import numpy as np
 import pytest
-from each import each_row
 
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.indices import objective
@@ -168,7 +167,7 @@ def test_success_is_judged_by_the_late_errors_of_a_complete_run():
     assert set(diverged.metrics.values()) == {math.inf}
 
 
-@each_row(('successes', 'runs', 'low', 'high'), [
+@pytest.mark.parametrize(('successes', 'runs', 'low', 'high'), [
     # Wilson 1927, as tabulated in Newcombe 1998, table I: 81 of 263, 15 of 148, 0 of 20, 1 of 29
     (81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718),
     (20, 20, 0.8389, 1.0),

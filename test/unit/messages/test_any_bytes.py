@@ -3,7 +3,6 @@
 from functools import partial
 
 import pytest
-from each import each_row
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -45,7 +44,7 @@ def test_any_bytes_are_read_or_refused(message):
         assert len(words) < 500
 
 
-@each_row(('error', 'reason'), [
+@pytest.mark.parametrize(('error', 'reason'), [
     (ValueError('9' * 5000), 'not readable'), (RecursionError(), 'not readable'), (MemoryError(), 'not readable'),
     (Exception('one\ntwo\x1b'), 'not readable'), (RefusedMessageError('too odd', 'x'), 'too odd'),
 ])

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from each import each
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_typestore
@@ -52,7 +51,7 @@ def _assert_same(ours, theirs):
         assert ours == theirs
 
 
-@each(KINDS)
+@pytest.mark.parametrize('kind', KINDS)
 def test_every_field_equals_that_of_rosbags(kind):
     @settings(max_examples=20)
     @given(messages(kind), st.sampled_from([b'', b'\0\0\0', b'padding!']))

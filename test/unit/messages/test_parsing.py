@@ -5,7 +5,6 @@ import struct
 from types import SimpleNamespace as Message
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.messages import parsing
 from mobile_robot_control.messages.parsing import RefusedMessageError
@@ -39,7 +38,7 @@ def test_a_stamp_is_read_in_nanoseconds_and_a_vector_as_the_tracking_error():
     assert parsing.read_error(Message(vector=Message(x=0.1, y=-0.2, z=3.0))) == (0.1, -0.2, 3.0)
 
 
-@each_row('heading', [-3.0, -0.5 * math.pi, 0.0, 0.3, 3.1])
+@pytest.mark.parametrize('heading', [-3.0, -0.5 * math.pi, 0.0, 0.3, 3.1])
 def test_odometry_gives_pose_and_body_velocity(heading):
     for sign in (1.0, -1.0):
         q = (0.0, 0.0, sign * math.sin(heading / 2.0), sign * math.cos(heading / 2.0))
@@ -56,7 +55,7 @@ def test_odometry_of_a_tilted_robot_keeps_the_yaw():
     assert parsing.read_odometry(odometry(q=q))[0].heading == pytest.approx(1.0, abs=1e-14)
 
 
-@each_row(('value', 'fault'), FAULTS)
+@pytest.mark.parametrize(('value', 'fault'), FAULTS)
 def test_numbers_that_are_not_finite_or_beyond_1e12_are_refused(value, fault):
     for names, what, make, read in ((('x', 'y', 'v', 'omega'), 'odometry', odometry, parsing.read_odometry),
                                     (('v', 'omega'), 'command', twist, parsing.read_twist)):
@@ -71,7 +70,7 @@ def test_numbers_that_are_not_finite_or_beyond_1e12_are_refused(value, fault):
         assert read(joints(('arm', LEFT, RIGHT), **{field: (value, 1.0, 2.0)})) == (2.0, 1.0)
 
 
-@each_row(('q', 'reason'), [
+@pytest.mark.parametrize(('q', 'reason'), [
     ((0.0, 0.0, 0.0, 0.0), 'unit length'), ((0.0, 0.0, 0.0, 1.006), 'unit length'),
     ((0.5, 0.5, 0.5, 0.6), 'unit length'), ((0.0, 0.0, math.nan, 1.0), 'not finite'),
 ])
@@ -80,7 +79,7 @@ def test_odometry_with_an_invalid_quaternion_is_refused(q, reason):
         parsing.read_odometry(odometry(q=q))
 
 
-@each_row(('frames', 'reason'), [
+@pytest.mark.parametrize(('frames', 'reason'), [
     (('map', 'base_link'), 'frame_id is not odom'), (('', 'base_link'), 'frame_id is not odom'),
     (('odom', 'camera'), 'child_frame_id is not base_link'), (('odom', ''), 'child_frame_id is not base_link'),
 ])
@@ -99,7 +98,7 @@ def test_a_command_without_a_frame_is_accepted():
         parsing.read_twist(twist(frame='map'), 'base_link')
 
 
-@each_row(('read', 'field'), READERS)
+@pytest.mark.parametrize(('read', 'field'), READERS)
 def test_wheels_are_read_by_their_names(read, field):
     assert read(joints(**{field: (1.0, 2.0)})) == (1.0, 2.0)
     assert read(joints((LEFT, RIGHT), **{field: (1.0, 2.0)})) == (2.0, 1.0)

@@ -5,7 +5,6 @@ import struct
 from functools import partial
 
 import pytest
-from each import each_row
 from geometry_msgs.msg import Twist, TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message, serialize_message
@@ -42,7 +41,7 @@ def _reader(topic, read, **options):
     return bytes_reader(ALL_LOOP_TOPICS[topic].kind, partial(read, **options))
 
 
-@each_row('heading', [0.0, 0.5, -3.1, math.pi])
+@pytest.mark.parametrize('heading', [0.0, 0.5, -3.1, math.pi])
 def test_written_odometry_is_read_back_and_exact_unless_it_is_told_otherwise(heading):
     message = deserialize_message(
         writing.odometry_writer('odom', 'base_link')(STAMP, Pose(1.0, -2.0, heading), VELOCITY), Odometry)
@@ -115,7 +114,7 @@ def test_a_horizon_that_does_not_fit_is_refused():
             _horizon(**changes)
 
 
-@each_row('frame', ['', 'odom', 'robot1/odom', 'a' * 31])
+@pytest.mark.parametrize('frame', ['', 'odom', 'robot1/odom', 'a' * 31])
 def test_rclpy_reads_the_message_that_it_would_have_written_itself(frame):
     """Frame names of all lengths shift the fields after them."""
     message = Odometry(child_frame_id=f'{frame}x')

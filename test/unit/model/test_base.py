@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from each import each_row
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -56,8 +55,8 @@ def test_without_lag_it_is_the_ideal_unicycle_on_the_exact_arc():
     assert 0.05 * (right - left) / 0.4 == pytest.approx(1.3 * 0.231)
 
 
-@each_row('lag', [(0.15, 0.15), (0.02, 0.3), (0.001, 0.0), (0.0, 0.05), (2e-3, 0.1)])
-@each_row('period', [2 * MS, 33 * MS])
+@pytest.mark.parametrize('lag', [(0.15, 0.15), (0.02, 0.3), (0.001, 0.0), (0.0, 0.05), (2e-3, 0.1)])
+@pytest.mark.parametrize('period', [2 * MS, 33 * MS])
 def test_with_lag_it_moves_as_an_independent_solver_says(lag, period):
     dt = period / 1e9
     commands = [(0.5, 1.0), (-0.3, 2.0), (0.7, -1.5)]
@@ -74,7 +73,7 @@ def test_with_lag_it_moves_as_an_independent_solver_says(lag, period):
         assert (*state.pose, *state.velocity) == pytest.approx(tuple(x), abs=2e-10 if dt < 0.01 else 1e-8)
 
 
-@each_row(('seconds', 'number'), [(0.06, 30), (0.0601, 31), (0.0, 0)])
+@pytest.mark.parametrize(('seconds', 'number'), [(0.06, 30), (0.0601, 31), (0.0, 0)])
 def test_a_dead_time_is_rounded_up_to_a_velocity_period(seconds, number):
     assert periods(seconds, 2 * MS) == number
 
@@ -87,7 +86,7 @@ def test_without_a_rate_a_long_dead_time_keeps_the_commands_of_the_finest_grid_t
         0.0] * 100 + [1.0 + k // 4 for k in range(100)]
 
 
-@each_row(('base', 'asked', 'expected'), [
+@pytest.mark.parametrize(('base', 'asked', 'expected'), [
     # 5 ms are 3 periods of 2 ms, and commands are taken every 5 periods
     (Base(dead_time=(0.005, 0.0)), [0.1] * 5 + [0.2] * 5, [0.0] * 3 + [0.1] * 5 + [0.2] * 2),
     (Base(max_speed=(0.4, 1.0), max_acceleration=(50.0, 0.0)), [0.9] * 5 + [-0.9] * 3,
@@ -100,7 +99,7 @@ def test_limits_and_dead_time_by_hand(base, asked, expected):
     assert speeds(base, asked) == pytest.approx(expected)
 
 
-@each_row(('base', 'expected'), [
+@pytest.mark.parametrize(('base', 'expected'), [
     (Base(dead_zone=(0.05, 0.0)), [0.0, 0.05, 0.0, -0.051, 0.2]),
     (Base(quantum=(0.02, 0.0)), [0.04, 0.06, -0.04, -0.06, 0.2]),
     (Base(max_speed=(0.05, 1.0)), [0.049, 0.05, -0.049, -0.05, 0.05]),
@@ -109,7 +108,7 @@ def test_dead_zone_quantisation_and_limit_of_each_command(base, expected):
     assert speeds(base, [0.049, 0.05, -0.049, -0.051, 0.2], 2 * MS, 2 * MS) == pytest.approx(expected)
 
 
-@each_row(('base', 'command', 'velocity'), [
+@pytest.mark.parametrize(('base', 'command', 'velocity'), [
     # rims at v ± R ω with R = 0.2 m: the right one 10 % faster than commanded
     (Base(wheel_gain=(1.1, 1.0)), (0.4, 0.5), (0.5 * (1.1 * 0.5 + 0.3), (1.1 * 0.5 - 0.3) / 0.4)),
     (Base(turn_gain=0.7, lag=(0.002, 0.002)), (0.4, 0.5), (0.4, 0.35)),
@@ -150,7 +149,7 @@ def test_it_follows_the_newest_command_that_is_old_enough(dead_time, rate, ratio
         assert inner.setpoint == tuple(followed(k, periods(dead_time[n], period), n) for n in (0, 1))
 
 
-@each_row(('jitter', 'words'), [(0.0, ''), (0.5, ' with base.command_jitter = 0.5 s')])
+@pytest.mark.parametrize(('jitter', 'words'), [(0.0, ''), (0.5, ' with base.command_jitter = 0.5 s')])
 def test_commands_without_end_are_refused_in_the_words_of_what_is_given(jitter, words):
     one, = base_violations(Base(dead_time=(30.0, 0.0), command_rate=100.0, command_jitter=jitter), 2 * MS, 10 * MS)
     assert one.startswith(f'base.dead_time = [30.0, 0.0] s{words} has more than')

@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.disturbance import Disturbance
@@ -32,13 +31,13 @@ def drivetrain(motor=IDEAL, coulomb=0.0, dt=DT, robot=ROBOT):
     return discretise_drivetrain(discretise(robot, dt), motor, Friction(coulomb))
 
 
-@each_row(('motor', 'coulomb', 'ideal'), [
+@pytest.mark.parametrize(('motor', 'coulomb', 'ideal'), [
     (IDEAL, 0.0, True), (LINE, 0.0, False), (Motor(time_constant=0.01), 0.0, False), (IDEAL, 0.01, False)])
 def test_both_groups_are_ideal_by_default_and_then_alone(motor, coulomb, ideal):
     assert has_ideal_motors(motor, Friction(coulomb)) is ideal
 
 
-@each_row(('given', 'missing'), [
+@pytest.mark.parametrize(('given', 'missing'), [
     ({'stall_torque': 1.4}, 'needs motor.no_load_speed'), ({'no_load_speed': 6.4}, 'needs motor.stall_torque'),
     ({'time_constant': 1e-300}, 'write a larger number, or 0'),
     ({'stall_torque': 1.0, 'no_load_speed': 1e-300}, 'write a larger number, or 0'),
@@ -91,7 +90,7 @@ def test_a_motor_at_its_stall_torque_is_not_held_there_by_rounding():
     assert applied.left == pytest.approx(mean, rel=1e-12)
 
 
-@each_row(('directions', 'torque', 'expected'), [
+@pytest.mark.parametrize(('directions', 'torque', 'expected'), [
     # with B/A = -0.5 and a friction of 1 N m
     (REST, (0.9, -1.0), (0.0, 0.0)),
     (REST, (1.1, 0.0), (1.0, 0.0)),
@@ -109,13 +108,13 @@ def test_which_wheels_break_away_by_hand(directions, torque, expected):
     assert released(directions, WheelTorque(*torque), -0.5, 1.0) == expected
 
 
-@each_row(('speed', 'asked', 'fading', 'expected'), [
+@pytest.mark.parametrize(('speed', 'asked', 'fading', 'expected'), [
     (0.0, 0.5, 0.1, True), (1.0, 0.5, 0.1, False), (0.0, 0.9, 0.1, False), (0.0, 0.5, 0.5, False)])
 def test_a_wheel_stands_while_no_torque_exceeds_its_friction(speed, asked, fading, expected):
     assert stands(speed, asked, fading, 0.2, 1.0) is expected
 
 
-@each_row(('motor', 'coulomb', 'speed', 'asked', 'expected'), [
+@pytest.mark.parametrize(('motor', 'coulomb', 'speed', 'asked', 'expected'), [
     (IDEAL, 0.0, 0.0, 1.0, True), (IDEAL, 0.1, 0.0, 1.0, False), (IDEAL, 0.1, 5.0, 1.0, True),
     (LINE, 0.0, 1.0, 0.5, True), (LINE, 0.0, 6.0, 1.4, False), (LINE, 0.1, 1.0, 0.5, True),
     (LINE, 0.0, -1.0, -0.5, True), (LINE, 0.0, -6.0, -1.4, False),
@@ -125,7 +124,7 @@ def test_a_period_without_friction_or_line_to_meet_has_no_event(motor, coulomb, 
     assert is_uneventful(wheels, NONE, forcing, drivetrain(motor, coulomb)) is expected
 
 
-@each_row('side', ['right', 'left'])
+@pytest.mark.parametrize('side', ['right', 'left'])
 def test_a_wheel_that_stands_beside_one_that_turns_has_no_speed_at_all(side):
     drive = drivetrain(coulomb=0.5)
     for n in range(1, 40):

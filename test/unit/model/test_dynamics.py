@@ -5,7 +5,6 @@ import math
 import chapter
 import numpy as np
 import pytest
-from each import each_row
 from scipy.linalg import expm
 
 from mobile_robot_control.model import dynamics
@@ -23,7 +22,7 @@ def moving(linear, angular, heading=0.0):
     return PlantState(Pose(0.0, 0.0, heading), BodyVelocity(linear, angular), 0.0, 0.0)
 
 
-@each_row(('robot', 'wheels', 'body'), [
+@pytest.mark.parametrize(('robot', 'wheels', 'body'), [
     # v = 0.0175 * 14, omega = 0.035 * 6 / 0.35
     (ROBOT, (10.0, 4.0), (0.245, 0.6)), (ROBOT, (-2.0, 2.0), (0.0, -0.4)),
     # v = 0.05 * 2, omega = 0.1 * 4 / 0.5
@@ -51,7 +50,7 @@ def test_the_offset_of_the_mass_centre_counts_by_its_square_and_for_turning_alon
     assert linear_inertia(ahead) == linear_inertia(none)
 
 
-@each_row('dt', [5e-5, 0.002, 0.1, 1.0, 7.0])
+@pytest.mark.parametrize('dt', [5e-5, 0.002, 0.1, 1.0, 7.0])
 def test_equations_13_and_14_exactly_over_one_step(dt):
     # x' = F x + G tau, solved by the exponential of the augmented matrix
     inverse = np.linalg.inv([[chapter.A, chapter.B], [chapter.B, chapter.A]])
@@ -61,7 +60,7 @@ def test_equations_13_and_14_exactly_over_one_step(dt):
     assert wheel_velocity(end.velocity, ROBOT) == pytest.approx(tuple(expected), rel=1e-12)
 
 
-@each_row(('coupling', 'heading_bound', 'velocity_bound'), [(False, 1e-10, 1e-11), (True, 1e-9, 1e-9)])
+@pytest.mark.parametrize(('coupling', 'heading_bound', 'velocity_bound'), [(False, 1e-10, 1e-11), (True, 1e-9, 1e-9)])
 def test_one_lap_of_varying_torques_against_a_solver(coupling, heading_bound, velocity_bound):
     dt = 0.016
     common, differential = ([base + size * math.sin(2.0 * math.pi * dt * k / period + phase) for k in range(1000)]
@@ -87,7 +86,7 @@ def test_at_rest_nothing_moves_and_the_heading_is_wrapped():
     assert dynamics.step(state, WheelTorque(0.0, 0.0), discretise(ROBOT, 0.002)) == state
 
 
-@each_row('value', [1e6, -1e6, math.inf, -math.inf, math.nan])
+@pytest.mark.parametrize('value', [1e6, -1e6, math.inf, -math.inf, math.nan])
 def test_a_large_or_nonfinite_component_counts_as_diverged(value):
     # at the origin, at the coordinates of a map, and anywhere else
     for start in (Pose(0.0, 0.0, 0.0), Pose(431254.1, 3771020.25, 1.0), Pose(-1e11, 1e11, 0.0)):
@@ -98,8 +97,8 @@ def test_a_large_or_nonfinite_component_counts_as_diverged(value):
             assert dynamics.diverged(ordinary._replace(**{part: one}), start), name
 
 
-@each_row('coupling', [False, True])
-@each_row('torque', [(1e308, 0.0), (-1e308, 1e308), (1e300, 1e20), (1e154, 1e154)])
+@pytest.mark.parametrize('coupling', [False, True])
+@pytest.mark.parametrize('torque', [(1e308, 0.0), (-1e308, 1e308), (1e300, 1e20), (1e154, 1e154)])
 def test_absurd_torques_diverge_and_do_not_raise(coupling, torque):
     start, plant = Pose(1.0, 0.0, 1.0), discretise(ROBOT, 0.002, coupling)
     state = dynamics.at_rest(start)
@@ -134,7 +133,7 @@ def accelerations_with_constraint_forces(heading, v, omega, torque):
     return chapter.body(solution[3], solution[4])
 
 
-@each_row(('v', 'omega'), [(1.0, 2.0), (-1.0, -2.0), (1.0, -2.0), (-0.7, 3.0), (0.0, 4.0), (2.0, 0.0)])
+@pytest.mark.parametrize(('v', 'omega'), [(1.0, 2.0), (-1.0, -2.0), (1.0, -2.0), (-0.7, 3.0), (0.0, 4.0), (2.0, 0.0)])
 def test_the_coriolis_pair_follows_from_the_constraint_forces(v, omega):
     torque, dt = WheelTorque(0.3, -0.2), 1e-5
     after = dynamics.step(moving(v, omega, 0.4), torque, discretise(ROBOT, dt, centripetal_coupling=True)).velocity
@@ -143,7 +142,7 @@ def test_the_coriolis_pair_follows_from_the_constraint_forces(v, omega):
         accelerations_with_constraint_forces(0.4, v, omega, torque), abs=1e-3, rel=0.0)
 
 
-@each_row('dt', [5e-5, 2.5e-4, 0.001, 0.002, 0.01])
+@pytest.mark.parametrize('dt', [5e-5, 2.5e-4, 0.001, 0.002, 0.01])
 def test_long_periods_are_as_accurate_as_short_ones(dt):
     # the same 10 ms in one period or in many, to the accuracy that the method keeps
     torque, state = WheelTorque(2.0, -1.0), moving(2.0, 4.0, heading=0.3)

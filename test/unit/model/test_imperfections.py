@@ -5,7 +5,6 @@ import math
 import statistics
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.model.disturbance import Disturbance, disturbed, with_push
 from mobile_robot_control.model.kinematics import wheel_velocity
@@ -67,7 +66,7 @@ def test_the_noise_has_the_covariances_published_in_odom_and_its_heading_is_wrap
     assert -math.pi < min(headings) < 0.0 < max(headings) <= math.pi
 
 
-@each_row('steps', [0, 1, 3])
+@pytest.mark.parametrize('steps', [0, 1, 3])
 def test_torques_are_applied_late_by_the_delay(steps):
     line, acting, asked = empty_line(Delay(steps)), [], [WheelTorque(float(k), -float(k)) for k in range(1, 7)]
     for one in asked:

@@ -6,7 +6,6 @@ import statistics
 
 import pytest
 from driving import DT, PERIOD, QUIET, ROBOT, TRUE_ANGLES, TRUE_ODOMETRY, drive, shown_steps
-from each import each_row
 
 from mobile_robot_control.model.dynamics import PlantState, at_rest
 from mobile_robot_control.model.events import events_at, events_until, is_event
@@ -66,7 +65,7 @@ def test_a_velocity_is_a_difference_of_ticks_over_the_window():
     assert statistics.fmean(seen) == pytest.approx(1.0, rel=0.03)
 
 
-@each_row(('period', 'taken', 'arrived'), [
+@pytest.mark.parametrize(('period', 'taken', 'arrived'), [
     # 33.3 ms, 66.7 ms, 100 ms ... at the next multiple of 2 ms, and 30 steps for 60 ms
     (2_000_000, [0, 17, 34, 50, 67, 84, 100], [30, 47, 64, 80, 97, 114, 130]),
     # ... of 10 ms, and 6 steps
@@ -90,7 +89,7 @@ def test_jitter_delays_each_sample_by_up_to_its_length():
     assert statistics.fmean(late) == pytest.approx(2.5, abs=0.3)
 
 
-@each_row(('rate', 'period', 'step', 'number'), [
+@pytest.mark.parametrize(('rate', 'period', 'step', 'number'), [
     (30.0, 2_000_000, 500 * 86400 * 365, 30 * 86400 * 365), (60.0, 2_000_000, 50, 6),
     (1.0 / 0.033, 33_000_000, 10**9, 10**9), (62.5, 1_000_000, 16 * 10**9, 10**9), (0.001, 10_000, 10**8, 1),
 ])
@@ -123,7 +122,7 @@ def test_the_twist_is_that_of_the_wheels_with_the_radii_and_the_separation_of_od
     assert odometer_motion(WheelVelocity(10.0, 10.0), calibration) == pytest.approx((0.35, 0.16))
 
 
-@each_row(('velocities', 'errors', 'length', 'curvature'), [
+@pytest.mark.parametrize(('velocities', 'errors', 'length', 'curvature'), [
     # 1000 steps of 1 mm
     (STRAIGHT, {'radius_error': (0.02, 0.02)}, 1.02, 0.0),
     # a quarter of a circle of 0.5 m becomes a part of one of 0.625 m
@@ -156,7 +155,7 @@ def test_slip_is_independent_of_the_noise_on_the_velocities():
         assert abs(statistics.fmean(numbers[one] * numbers[other] for numbers in drawn)) < 4.0 / math.sqrt(2000.0)
 
 
-@each_row('value', [math.inf, math.nan])
+@pytest.mark.parametrize('value', [math.inf, math.nan])
 def test_a_motion_that_has_diverged_is_not_measured(value):
     constants = constants_of(Encoders(100), WheelOdometry(True, slip=0.1))
     sensors = sensors_at_start(at_rest(Pose(0.0, 0.0, 0.0)), constants)
@@ -164,7 +163,7 @@ def test_a_motion_that_has_diverged_is_not_measured(value):
     assert advance_sensors(sensors, gone, 1, constants) is sensors
 
 
-@each_row(('changed', 'ideal'), [
+@pytest.mark.parametrize(('changed', 'ideal'), [
     (TRUE_ODOMETRY, True), (WheelOdometry(slip=0.1), True), (WheelOdometry(dead_reckoning=True), False),
     (WheelOdometry(rate=30.0), False), (WheelOdometry(latency=0.01), False),
     (WheelOdometry(radius_error=(0.0, 0.1)), False), (WheelOdometry(separation_error=0.1), False),
@@ -175,7 +174,7 @@ def test_sensors_are_ideal_until_a_parameter_changes_but_for_slip_without_dead_r
     assert is_ideal(*both) is ideal
 
 
-@each_row(('changed', 'text', 'accepted', 'refused'), [
+@pytest.mark.parametrize(('changed', 'text', 'accepted', 'refused'), [
     (Encoders(window=0.5), 'encoders.window = 0.5 s is 250 periods of the velocity loop, more than 64; '
      'take at most 0.128 s', {'window': 0.128}, {'window': 0.1281}),
     (WheelOdometry(latency=1.0), 'odometry.latency = 1.0 s with a sample at each position tick keeps 100 samples on '

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from each import each_row
 from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -190,13 +189,13 @@ CASES = {
 }
 
 
-@each_row(('machine', 'dt', 'bounds'), [
+@pytest.mark.parametrize(('machine', 'dt', 'bounds'), [
     (LIGHT, 0.00025, (1e-7, 1e-7)), (HEAVY, 0.005, (1e-7, 1e-7)), (SLENDER, 0.005, (1e-7, 1e-7)),
     (Machine(), 0.033, (1e-7, 1e-7)),
     # the pair is exact but for what its substeps leave
     (Machine(coupling=True), 0.005, (1e-8, 2e-6)), (LIGHT._replace(coupling=True), 0.005, (1e-8, 1e-5)),
 ])
-@each_row('case', CASES)
+@pytest.mark.parametrize('case', CASES)
 def test_steps_agree_with_a_solver_to_its_accuracy_or_to_what_substeps_of_the_coriolis_pair_leave(
         case, machine, dt, bounds):
     more, speeds, begun, asked = CASES[case]
@@ -219,7 +218,7 @@ def test_drawn_steps_agree_with_a_solver():
         assert max(found) < 1e-7, (machine, speeds, torques, outside)
 
 
-@each_row('most_events', [0, 1, 2])
+@pytest.mark.parametrize('most_events', [0, 1, 2])
 def test_after_too_many_events_both_wheels_are_held_still(most_events):
     # right stops, left stops, both reverse: with fewer events the rest of the time is spent at rest
     robot, drive = model(Machine(coulomb=0.05), 0.033)
@@ -254,7 +253,7 @@ def test_the_responses_are_those_of_many_digits(rate, fading, time):
     assert fading_response(rate, fading, time) == pytest.approx(faded, rel=near)
 
 
-@each_row(('mode', 'level', 'until', 'zero'), [
+@pytest.mark.parametrize(('mode', 'level', 'until', 'zero'), [
     # x' = -2 x from 1: x = 0.3 at ln(1/0.3)/2
     ((2.0, 1.0, 1.0, 0.0), -0.3, 5.0, 0.5 * math.log(1.0 / 0.3)), ((2.0, 1.0, 1.0, 0.0), -0.3, 0.5, 0.5),
     ((2.0, 1.0, 1.0, 0.0), 0.1, 50.0, 50.0),

@@ -1,6 +1,6 @@
 """The sentence that opens a report is right whatever became of a run, and whatever is not known of it."""
 
-from each import each_row
+import pytest
 from measuring import configuration
 
 from mobile_robot_control.loop.indices import MEASURED, TRUE
@@ -47,7 +47,7 @@ def test_a_whole_run_is_told_by_law_curve_errors_torque_and_messages():
     assert len(_sentence(_run('x' * 3000), _run('y' * 3000))) < 400
 
 
-@each_row(('changes', 'words'), [
+@pytest.mark.parametrize(('changes', 'words'), [
     *(({'outcome': outcome, 'duration': 3.2}, f'{BEGIN}{words}{END}') for outcome, words in (
         ('diverged', 'diverged after 3.2 s of 16 s'),
         ('law_failed', 'was stopped after 3.2 s of 16 s, when its position law failed'),

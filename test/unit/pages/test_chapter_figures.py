@@ -8,7 +8,6 @@ import pytest
 from chapter_figures import chromosomes, index
 from chapter_figures.runs import HYBRID_LEMNISCATE, Runs
 from chapter_figures.structure_figures import STRUCTURE_FIGURES, rules
-from each import each
 from harness import CONFIG
 
 from mobile_robot_control.control.hybrid_backstepping import HybridState
@@ -29,7 +28,7 @@ def test_figures_2_to_33_are_there_in_order():
     assert set(plain) == set(range(2, 34))
 
 
-@each(index.CHAPTER_FIGURES, lambda figure: figure.number)
+@pytest.mark.parametrize('figure', index.CHAPTER_FIGURES, ids=lambda figure: figure.number)
 def test_the_command_of_a_figure_has_valid_options_and_files(figure):
     for line in figure.command.splitlines():
         words = shlex.split(line)
@@ -51,7 +50,7 @@ def test_the_ten_rules_are_those_of_the_chapter():
     }
 
 
-@each(STRUCTURE_FIGURES, lambda figure: figure.number)
+@pytest.mark.parametrize('figure', STRUCTURE_FIGURES, ids=lambda figure: figure.number)
 def test_a_figure_is_drawn(figure):
     assert figure.draw(RUNS).axes
 

@@ -3,7 +3,7 @@
 import math
 import re
 
-from each import each
+import pytest
 
 from mobile_robot_control.pages.metrics_table import metrics_table
 from mobile_robot_control.pages.page import html_table
@@ -23,7 +23,7 @@ def text(cell):
     return re.sub(r'<[^>]*>', ' ', cell).split()
 
 
-@each([
+@pytest.mark.parametrize('case', [
     (0.009667, 'm', '9.67 mm'), (1.4674588, 'm', '1.47 m'), (0.2042654, 'rad', '11.7°'), (0.0, 'm', '0 m'),
     (0.05, 'N m', '50 mN m'), (12345.6, 'W', '12300 W'), (63.9501, 'J', '64 J'), (-0.25, 'm', '-0.25 m'),
     (0.00004, 'm', '40 µm'), (9.7688, '', '9.77'), (5512.3, 'N m', '5510 N m'), (16.0, 's', '16 s'),
@@ -36,7 +36,7 @@ def test_a_quantity_is_shown_in_a_readable_unit_with_its_exact_value(case):
     assert f'value="{value!r}"' in found
 
 
-@each([[None], [], [math.inf], [0.0]])
+@pytest.mark.parametrize('values', [[None], [], [math.inf], [0.0]])
 def test_a_unit_of_nothing_is_the_si_unit(values):
     assert readable_unit(values, 'm').name == 'm'
 
@@ -72,7 +72,9 @@ def test_poses_and_the_ratio_of_peak_torques_have_their_rows():
     assert [' '.join(text(cell)) for cell in rows['peak torque against the least']] == ['1 times', '2.5 times']
 
 
-@each([(2.0, 1.0, '+1 J, +100 %'), (1.0, 1.0, '±0 J'), (1.0, 0.0, '+1 J'), (-1.0, -2.0, '+1 J, +50 %')])
+@pytest.mark.parametrize('case', [
+    (2.0, 1.0, '+1 J, +100 %'), (1.0, 1.0, '±0 J'), (1.0, 0.0, '+1 J'), (-1.0, -2.0, '+1 J, +50 %'),
+])
 def test_a_change_has_its_sign(case):
     value, base, shown = case
     assert described_change(value, base, 'J').replace('\xa0', ' ') == shown

@@ -14,7 +14,6 @@ import robot_results
 from benchmark_results import STORE, SUMMARY, TABLE, seeds_lines, table_lines
 from chapter_figures import claims
 from chapter_figures.runs import LAP, Runs, StepTick
-from each import each_row
 from harness import CONFIG
 
 from mobile_robot_control.loop.closed_loop import PositionTick, Sample
@@ -168,7 +167,7 @@ def test_all_claims_hold_for_runs_as_the_chapter_describes_them():
     assert all(_verdicts(_Runs(ordinary=60.0, other=1.8)).values())
 
 
-@each_row(('runs', 'broken'), [
+@pytest.mark.parametrize(('runs', 'broken'), [
     (_Runs(ordinary=40.0, other=1.0), 'ordinary backstepping: both torques exceed 50 N m'),
     (_Runs(ordinary=60.0, other=10.0), 'hybrid backstepping: much less torque'),
     (_Runs(ordinary=60.0, other=10.0), 'hybrid backstepping: much less power'),

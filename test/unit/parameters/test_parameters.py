@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.parameters.declaration import (
     INLINE,
@@ -74,7 +73,7 @@ def test_given_values_are_set_and_the_rest_keeps_its_default():
     assert cart == Cart(Wheel(0.035, 0.25), Frame(0.6, 2), 'blue', 'b', True, (1.0, 2.0, 3.0), (0.5, 2.0))
 
 
-@each_row(('name', 'value', 'expected'), [
+@pytest.mark.parametrize(('name', 'value', 'expected'), [
     ('wheel.radius', 1, 1.0), ('pose', [1, 2, 3], (1.0, 2.0, 3.0)), ('pose', (0, 0.5, 1), (0.0, 0.5, 1.0)),
 ])
 def test_a_whole_number_is_accepted_as_a_float(name, value, expected):
@@ -83,7 +82,7 @@ def test_a_whole_number_is_accepted_as_a_float(name, value, expected):
     assert all(type(part) is float for part in (found if isinstance(found, tuple) else (found,)))
 
 
-@each_row(('name', 'values', 'wanted'), [
+@pytest.mark.parametrize(('name', 'values', 'wanted'), [
     ('wheel.radius', ('wide', '0.1', True, None, [0.1]), 'write a number [m], such as 0.035'),
     ('wheel.slip', (False,), 'write a number, such as 0.0'), ('holes', (4.0, True), 'write a whole number, such as 4'),
     ('colour', (7,), 'write a text, such as red'), ('name', (None,), 'write a text, such as cart'),
@@ -96,7 +95,7 @@ def test_a_value_of_the_wrong_type_is_refused(name, values, wanted):
         assert only({name: value}) == f'{name} = {value!r} is of type {type(value).__name__}; {wanted}'
 
 
-@each_row(('name', 'values', 'reason'), [
+@pytest.mark.parametrize(('name', 'values', 'reason'), [
     ('wheel.radius', (math.nan, math.inf, -math.inf), 'is not finite; it must be a finite number, above 0.0 m'),
     ('wheel.radius', (1e13, -1e308, 10**13), 'is beyond 1e+12; write a smaller number, above 0.0 m'),
     ('wheel.radius', (9e-13, 5e-324), 'is below 1e-12; write a larger number, above 0.0 m'),
@@ -108,7 +107,7 @@ def test_numbers_that_are_not_finite_too_large_or_too_close_to_zero_are_refused(
         assert only({name: value}) == f'{name} = {value!r} {reason}'
 
 
-@each_row(('name', 'bad', 'good', 'allowed'), [
+@pytest.mark.parametrize(('name', 'bad', 'good', 'allowed'), [
     ('wheel.radius', 0.0, 1e-12, 'above 0.0 m'),
     ('wheel.radius', -1.0, 0.1, 'above 0.0 m'),
     ('width', 0.0999, 0.1, 'at least 0.1 m'),
@@ -125,7 +124,7 @@ def test_a_value_out_of_bounds_is_refused_with_the_rule(name, bad, good, allowed
     build(Cart, {name: good})
 
 
-@each_row(('name', 'value', 'text'), [
+@pytest.mark.parametrize(('name', 'value', 'text'), [
     ('colour', 'gren', "colour = 'gren' is not allowed; it must be one of red, green, blue; did you mean 'green'?"),
     ('name', '', "name = '' is empty; write a text such as 'cart'"),
     ('wheel.radios', 0.1, "unknown parameter 'wheel.radios'; did you mean 'wheel.radius'?"),
@@ -158,7 +157,7 @@ def test_rules_between_parameters_are_all_checked_once_the_values_are_sound():
     assert refused({'last.wheel.radius': 0.5}, Train) == ('wheel.radius = 0.5 m exceeds width = 0.4 m',)
 
 
-@each_row(('field', 'text'), [
+@pytest.mark.parametrize(('field', 'text'), [
     (Field('', 'anything'), ''),
     (Field('kg', 'x', above=0.0), 'above 0.0 kg'),
     (Field('', 'x', minimum=1.0, maximum=5.0), 'at least 1.0, at most 5.0'),

@@ -3,7 +3,6 @@
 
 import pytest
 import rclpy
-from each import each_row
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.parameters.declaration import ParameterError
@@ -42,7 +41,7 @@ def test_a_text_without_quotes_is_what_rcl_reads(domain, tmp_path):
     assert {text: repr(value) for text, value in found.items()} == {text: repr(as_rcl(text)) for text in texts}
 
 
-@each_row('text', DIFFERENT)
+@pytest.mark.parametrize('text', DIFFERENT)
 def test_what_rcl_reads_in_another_way_is_refused_by_nodes_and_commands_in_the_same_words(tmp_path, text):
     file = tmp_path / 'odd.yaml'
     file.write_text(f'/**:\n  ros__parameters:\n    robot.mass: {text}\n')
@@ -57,7 +56,7 @@ def test_what_rcl_reads_in_another_way_is_refused_by_nodes_and_commands_in_the_s
         read_override(f'plant.robot.mass:={text}')
 
 
-@each_row(('text', 'reason'), [
+@pytest.mark.parametrize(('text', 'reason'), [
     ('/**:\n  ros__parameters: &a {x: 1}\n', 'line 2: the anchor &a'),
     ('x: [&a 1, *a]', 'the anchor &a'), ('x: *a', 'the alias *a'), ('&a [*a]', 'the anchor &a'),
     ('%YAML 1.1\n---\nx: 1', 'line 1: a directive'), ('%TAG ! tag:a,2000:\n---\nx: 1', 'a directive'),
@@ -76,7 +75,7 @@ def test_names_are_texts_whatever_they_look_like():
     assert parse_yaml('{1_0: 1, y: 2, "3": 4, null: 5}', 'here') == {'1_0': 1, 'y': 2, '3': 4, 'null': 5}
 
 
-@each_row('text', [*WORDS, *NUMBERS, 'one\ntwo', '', ' a', '\x85', '*a', '&a', '!a', '%a'])
+@pytest.mark.parametrize('text', [*WORDS, *NUMBERS, 'one\ntwo', '', ' a', '\x85', '*a', '&a', '!a', '%a'])
 def test_a_written_text_is_read_back_as_a_text_by_us_and_by_rcl(text):
     written = dump_yaml({'x': text, 'list': [text]})
     assert parse_yaml(written, 'here') == {'x': text, 'list': [text]}

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import pytest
-from each import each, each_row
 
 from mobile_robot_control import BodyVelocity, Curve, CurvePoint, Field, Law, jitable
 from mobile_robot_control.control.laws import BUILT_IN, LAWS, PositionControl, select
@@ -83,7 +82,7 @@ def test_two_laws_of_one_name_from_different_files_are_refused_with_both_origins
         load([], ['position_controller.mine.gain:=0.5'])
 
 
-@each_row(('registry', 'record', 'words'), [
+@pytest.mark.parametrize(('registry', 'record', 'words'), [
     (LAWS, MINE._replace(name='velocity'), "the law 'velocity' has the name of a parameter"),
     (LAWS, MINE._replace(name='limits'), "the law 'limits' has the name of a parameter"),
     (LAWS, MINE._replace(name=''), 'is no ROS name'),
@@ -111,7 +110,7 @@ def field(*arguments):
     return gains_of(f"Annotated[float, Field('', 'larger'{''.join(f', {argument}' for argument in arguments)})]")
 
 
-@each_row(('text', 'words'), [
+@pytest.mark.parametrize(('text', 'words'), [
     ('import nowhere', 'cannot be imported (ModuleNotFoundError'),
     ('import sys\nsys.exit(3)', 'cannot be imported (SystemExit'),
     ('def (', 'cannot be imported (SyntaxError'),
@@ -132,13 +131,13 @@ def test_a_file_that_cannot_be_loaded_is_named_with_its_reason(tmp_path, text, w
     assert 'mine' not in LAWS
 
 
-@each(['nowhere.py', '.'])
+@pytest.mark.parametrize('file', ['nowhere.py', '.'])
 def test_a_file_that_cannot_be_read_is_refused(file):
     with pytest.raises(PluginError, match=r'cannot be read|is not a regular file|has no LAW'):
         load_plugins([file], [])
 
 
-@each_row(('point', 'words'), [
+@pytest.mark.parametrize(('point', 'words'), [
     (lambda s: straight(s)._replace(ddy=0.0 / (s < 1.0)), 'fails at s = 1.07992 rad (ZeroDivisionError'),
     (lambda s: straight(s)._replace(y=math.nan if s > 3.0 else s), 'is not finite at s = 3.04342 rad'),
 ])

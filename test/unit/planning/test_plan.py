@@ -4,7 +4,6 @@ import csv
 import json
 
 import pytest
-from each import each_row
 
 import mobile_robot_control as mrc
 from mobile_robot_control.planning import command as plan
@@ -55,7 +54,7 @@ def test_table_numbers_and_page_are_those_of_the_function_and_dry_friction_is_am
     assert abs(slower.wheel_torque).max() == pytest.approx(0.15, rel=1e-3)
 
 
-@each_row(('text', 'options', 'words'), [
+@pytest.mark.parametrize(('text', 'options', 'words'), [
     ('0,0\n', {}, 'square.csv: has 1 waypoint'),
     ('0,0\n1,0\n0,0\n', {}, 'square.csv:2: the path turns back'),
     ('0,0\n1,0\n', {'timing.max_wheel_torque': 0.0}, 'needs a limit of the acceleration'),

@@ -4,7 +4,6 @@ import cmath
 import math
 
 import pytest
-from each import each_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -62,13 +61,13 @@ def test_points_are_those_of_the_contracts_formula(name, s):
     assert (point.x, point.y) == pytest.approx(FORMULAS[name](s), abs=1e-14)
 
 
-@each_row('name', ['trifolium', 'lemniscate', 'circle'])
+@pytest.mark.parametrize('name', ['trifolium', 'lemniscate', 'circle'])
 def test_deviation_9_closed_curves_start_at_a_heading_up(name):
     reference = reference_at(CURVES[name], 0.0, Placement(scale=2.5))
     assert reference.pose == pytest.approx((2.5, 0.0, 0.5 * math.pi), abs=1e-15)
 
 
-@each_row(('name', 'v_r', 'omega_r'), [
+@pytest.mark.parametrize(('name', 'v_r', 'omega_r'), [
     # s' = 2 pi / 16; trifolium: |dr/ds| = 1/2, turning at 5 s'; lemniscate: 1, 3 s'; circle: 1, s'
     ('trifolium', 0.5, 5.0), ('lemniscate', 1.0, 3.0), ('circle', 1.0, 1.0), ('line', 0.5 / math.pi, 0.0),
 ])
@@ -108,7 +107,7 @@ def test_placement_by_the_contract(name, time):
     assert pose.y == pytest.approx(-0.8 + 0.5 * (sin * x + cos * y), abs=1e-14)
 
 
-@each_row(('values', 'text'), [
+@pytest.mark.parametrize(('values', 'text'), [
     ({'curve': 'trifolum'}, "did you mean 'trifolium'"),
     ({'scale': 0.0}, 'scale = 0.0 is not allowed; it must be above 0.0 m'),
     ({'period': -1.0}, 'period = -1.0 is not allowed; it must be above 0.0 s'),
@@ -123,7 +122,7 @@ def test_invalid_curve_parameters_are_refused(values, text):
     assert text in str(refusal.value)
 
 
-@each_row('curve', CURVES)
+@pytest.mark.parametrize('curve', CURVES)
 def test_the_largest_accepted_curves_give_references_within_1e12(curve):
     for scale, period in ((0.99e12, 1e3), (1.0, 1e-10), (1e5, 1e-5)):
         taken = build(CurveParameters, {'curve': curve, 'scale': scale, 'period': period})

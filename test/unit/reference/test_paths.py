@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from each import each_row
 from hypothesis import HealthCheck, assume, given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
@@ -68,7 +67,7 @@ def used_at(path, time, timing, drive):
     return shares
 
 
-@each_row('closed', [False, True])
+@pytest.mark.parametrize('closed', [False, True])
 def test_a_path_is_within_its_tolerance_of_the_corners_and_straight_between_them(closed):
     spans = shape_of(RECTANGLE, closed, 0.05)
     points = np.array([spans[n].at(u)[:2] for n in range(len(spans)) for u in np.linspace(0.0, 1.0, 50)])

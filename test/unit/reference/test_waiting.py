@@ -4,7 +4,6 @@ import itertools
 import math
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.cart import Placement, accelerated_at
@@ -46,7 +45,7 @@ def test_a_cart_with_its_robot_drives_and_comes_to_its_speed_within_a_second():
     assert (standing.why, standing.time > 0.0) == ('', True)
 
 
-@each_row('pose', [Pose(1.2, 0.0, 1.57), Pose(1.0, -1.5, 0.0)])
+@pytest.mark.parametrize('pose', [Pose(1.2, 0.0, 1.57), Pose(1.0, -1.5, 0.0)])
 def test_it_waits_at_its_start_for_a_robot_that_is_elsewhere(pose):
     steps = run(begin_waiting(100.0, pose), 5.0, pose)
     assert {(step.time, step.rate) for step in steps} == {(0.0, 0.0)}
@@ -87,7 +86,7 @@ def test_it_waits_for_a_robot_that_drives_too_far_behind(driving):
     assert not move_cart(nearer, nearer.now + DT, 0.0, Pose(1.0, place.y - 0.09, 1.57), place, FAR).why
 
 
-@each_row(('age', 'why'), [(0.5, ''), (0.51, 'odom is silent'), (math.inf, 'odom is silent')])
+@pytest.mark.parametrize(('age', 'why'), [(0.5, ''), (0.51, 'odom is silent'), (math.inf, 'odom is silent')])
 def test_it_waits_while_odometry_is_silent(driving, age, why):
     assert move_cart(driving, driving.now + DT, age, at(driving.time), at(driving.time), FAR).why == why
 

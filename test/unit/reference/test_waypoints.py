@@ -4,7 +4,6 @@ import math
 
 import pytest
 from bag_making import record
-from each import each_row
 from rclpy.serialization import serialize_message
 
 from mobile_robot_control import plan
@@ -28,7 +27,7 @@ def _read(folder, text, name='path.csv'):
     return read_waypoints(file)
 
 
-@each_row(('name', 'text'), [
+@pytest.mark.parametrize(('name', 'text'), [
     ('a.csv', '0,0\n2,0\n2,1\n'), ('b.csv', 'x,y\n0,0\n2,0\n2,1\n'),
     ('c.csv', '# mine\n\nx [m], y [m], speed\n0, 0,\n2,0,\n2;1 # end\n'),
     ('d.txt', '\ufeff0.0,0e0\r\n2,0\r\n2,1'), ('e.yaml', '- [0, 0]\n- [2, 0]\n- {x: 2, y: 1.0}\n'),
@@ -62,7 +61,7 @@ def test_a_frame_that_a_file_names_must_be_that_of_odometry(tmp_path):
                                               'reference_cart.timing.max_linear_acceleration': 0.5})
 
 
-@each_row(('name', 'text', 'words'), [
+@pytest.mark.parametrize(('name', 'text', 'words'), [
     ('a.csv', '0,0\n', 'a.csv: has 1 waypoint; a path needs two or more'),
     ('b.csv', '', 'b.csv: has 0 waypoints'),
     ('c.csv', 'x,y,direction\n0,0,1\n1,0,up\n', 'c.csv:3: direction = up; write 1 or -1'),
@@ -87,7 +86,7 @@ def test_what_is_no_path_is_refused_by_file_and_line(tmp_path, name, text, words
     assert words in str(refusal.value)
 
 
-@each_row(('name', 'rows', 'first', 'more'), [
+@pytest.mark.parametrize(('name', 'rows', 'first', 'more'), [
     ('a.csv', [f'{n},0,1,2,{n}' for n in range(30)], "a.csv:1: '0,0,1,2,0' has 5 fields; write x,y", 29),
     ('b.csv', [*(f'{n},0' for n in range(20)), *(f'{n},w{n}' for n in range(12))], "b.csv:21: '0,w0' is no x,y", 11),
     ('d.csv', ['x,y,speed', *(f'{n},0,-{n + 1}' for n in range(30))], 'd.csv:2: speed = -1 m/s; write more than 0', 29),

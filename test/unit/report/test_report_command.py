@@ -7,7 +7,6 @@ import shutil
 
 import pytest
 from bag_making import record
-from each import each_row
 from harness import CONFIG, numbers_in
 from measuring import configuration
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
@@ -137,7 +136,7 @@ def without(runs, folder, *topics):
 TORQUES = {'initial_wheel_torque', 'peak_wheel_torque', 'peak_wheel_power', 'energy', 'torque_variation'}
 
 
-@each_row('topics', [
+@pytest.mark.parametrize('topics', [
     ['joint_states'], ['wheel_torques'], ['joint_states', 'wheel_torques', 'cmd_vel', 'tracking_error']])
 def test_a_bag_with_odometry_and_reference_has_the_metrics_that_follow_from_its_topics(runs, tmp_path, topics):
     folder = without(runs, tmp_path / '_'.join(topics), *topics)

@@ -10,7 +10,6 @@ from concurrent.futures import Future
 from itertools import pairwise
 
 import pytest
-from each import each_row
 from nav_msgs.msg import Path
 from rclpy.serialization import serialize_message
 
@@ -82,7 +81,9 @@ class Cart:
             self.taken.append(self._steady)
 
 
-@each_row(('takes', 'period'), [(takes, period) for takes in (0.03, 0.15, 0.9) for period in (0.05, 0.5, 1.0, 3.0)])
+@pytest.mark.parametrize(('takes', 'period'), [
+    (takes, period) for takes in (0.03, 0.15, 0.9) for period in (0.05, 0.5, 1.0, 3.0)
+])
 def test_a_cart_follows_a_planner_at_any_pace_and_counts_the_paths_that_were_overtaken(takes, period):
     with pytest.MonkeyPatch.context() as monkeypatch:
         cart, sent = Cart(monkeypatch, takes), 0
@@ -100,7 +101,7 @@ def test_a_cart_follows_a_planner_at_any_pace_and_counts_the_paths_that_were_ove
     assert (cart.counted['overtaken'] > 3) == (period < max(0.2, 2.0 * takes))
 
 
-@each_row('in_planning', [True, False])
+@pytest.mark.parametrize('in_planning', [True, False])
 def test_a_stop_overtakes_a_path_that_is_planned_or_begins_soon(in_planning):
     with pytest.MonkeyPatch.context() as monkeypatch:
         cart = Cart(monkeypatch, 0.1)

@@ -3,8 +3,8 @@
 import math
 import types
 
+import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
-from each import each_row
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
 from mobile_robot_control.ros.cart_time import CartWait
@@ -32,7 +32,7 @@ class Cart:
         return reference
 
 
-@each_row('rate', [50.0, 4.0, 0.5])
+@pytest.mark.parametrize('rate', [50.0, 4.0, 0.5])
 def test_the_cart_drives_at_any_rate(rate):
     cart = Cart(rate)
     reference = cart.run(20.0)

@@ -5,7 +5,6 @@ import struct
 import types
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.ros import inputs as input_monitor
 from mobile_robot_control.ros import inputs as input_validation
@@ -48,7 +47,7 @@ def test_the_age_of_a_stamp_is_that_at_its_arrival_and_what_has_passed_since(mak
     assert monitor.age('odom') == math.inf
 
 
-@each_row(('ages', 'text'), [
+@pytest.mark.parametrize(('ages', 'text'), [
     ([-0.2, -0.15], 'odom is stamped 0.20 s in the future: the clocks of two computers differ, or its publisher'),
     ([0.2, 0.9], 'odom is 0.20 s old or more when it comes, and 0 s are configured: the clocks of two computers'),
 ])

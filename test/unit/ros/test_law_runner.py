@@ -4,7 +4,6 @@ import math
 import types
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.control.laws import LAWS, PositionControl
 from mobile_robot_control.control.limits import Limits
@@ -35,7 +34,7 @@ def test_the_approach_keeps_the_limits_of_the_command_and_a_law_that_has_failed_
 
 
 # the command of dynamic feedback linearisation is a state, which an error that stays moves on
-@each_row('name', [name for name in LAWS if name != 'dynamic_feedback_linearization'])
+@pytest.mark.parametrize('name', [name for name in LAWS if name != 'dynamic_feedback_linearization'])
 def test_the_law_goes_on_from_the_present_command(name):
     control = PositionControl(controller_type=name)
     law, alone, error = _runner(control), _runner(control), (0.1, 0.02, 0.1)

@@ -2,7 +2,7 @@
 
 import types
 
-from each import each_row
+import pytest
 
 from mobile_robot_control.ros import lockstep
 from mobile_robot_control.ros.inputs import ValidInput
@@ -69,7 +69,7 @@ def _velocity_at(stamp):
     return node
 
 
-@each_row(('stamp', 'answers', 'said'), [
+@pytest.mark.parametrize(('stamp', 'answers', 'said'), [
     (3 * P, [(3 * P, 4)], []),                       # STEP
     (2 * P, [(2 * P, 3)], []),                       # AGAIN
     (0, [(0, 1)], ['START', 'begins']),              # START
@@ -81,7 +81,7 @@ def test_each_decision_in_a_run(stamp, answers, said):
     assert node.take('odom', stamp) == (answers, said)
 
 
-@each_row(('stamp', 'said'), [(0, ['START', 'begins']), (7 * P, ['JOIN', 'joins'])])
+@pytest.mark.parametrize(('stamp', 'said'), [(0, ['START', 'begins']), (7 * P, ['JOIN', 'joins'])])
 def test_a_node_without_a_run_begins_or_joins_one(stamp, said):
     node = Counting(POSITION)
     assert node.take('odom', stamp) == ([], [])
@@ -139,7 +139,7 @@ def test_a_restarted_velocity_controller_joins_between_position_ticks_by_a_repea
 
 
 # a plant that is started again asks stamp 0, too
-@each_row('topic', ['odom', 'reference'])
+@pytest.mark.parametrize('topic', ['odom', 'reference'])
 def test_at_zero_an_input_with_other_numbers_begins_a_new_run(topic):
     node = _at(0)
     values = {'odom': 0.0, 'reference': 0.0, topic: -0.0}

@@ -7,7 +7,6 @@ import sys
 import types
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference
 from mobile_robot_control.ros.nodes.plant import make_broadcaster
@@ -55,7 +54,7 @@ def test_on_the_wall_clock_a_sample_with_a_new_stamp_is_as_old_as_it_was_and_the
     assert acceleration == (1.0, 2.0)
 
 
-@each_row(('periods', 'pose', 'speed', 'expected'), [
+@pytest.mark.parametrize(('periods', 'pose', 'speed', 'expected'), [
     (1, Pose(1.01, 0.0, 3.12), 0.5, False),
     (1, Pose(1.06, 0.0, 3.12), 0.5, False),  # a noisy one
     (1, Pose(1.01, 0.0, -math.pi), 0.5, False),  # across the branch of the angle
@@ -87,7 +86,7 @@ def _drive(twist, velocity, begin, end, aside=0.0):
     return found
 
 
-@each_row('wrong', [STILL, BodyVelocity(-V, OMEGA), BodyVelocity(V, 0.0), BodyVelocity(V * 2.0, OMEGA)])
+@pytest.mark.parametrize('wrong', [STILL, BodyVelocity(-V, OMEGA), BodyVelocity(V, 0.0), BodyVelocity(V * 2.0, OMEGA)])
 def test_a_twist_that_contradicts_is_replaced_within_a_second_and_taken_again_where_it_agrees(wrong):
     twist, told = _twist()
     assert _drive(twist, wrong, 0, 100)[-1] == pytest.approx((V, OMEGA), rel=1e-3)
@@ -159,7 +158,7 @@ def test_gaps_and_noise_are_no_jumps_and_no_lie_of_the_twist(rate):
         assert _wander(seed, rate, noise=0.004, lost=[(1.5, 1.8)]) == ([], True, [])
 
 
-@each_row('speed', [0.3, 1.0, 1.5])
+@pytest.mark.parametrize('speed', [0.3, 1.0, 1.5])
 def test_a_twist_that_lies_is_no_jump_also_from_the_start_of_a_motion(speed):
     for rate in RATES:
         twist, told = _twist()

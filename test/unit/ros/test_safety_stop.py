@@ -4,7 +4,6 @@ import math
 import types
 
 import pytest
-from each import each_row
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -91,7 +90,7 @@ def test_an_approach_may_be_far_but_not_lead_away(node):
     assert node.stop.allows(1.3, 0.5, approaching=True)
 
 
-@each_row(('closest', 'limit', 'allowed'), [(0.0, 0.5, 0.5), (1.5, 0.5, 2.0), (1.5, 0.0, math.inf)])
+@pytest.mark.parametrize(('closest', 'limit', 'allowed'), [(0.0, 0.5, 0.5), (1.5, 0.5, 2.0), (1.5, 0.0, math.inf)])
 def test_the_allowed_distance(closest, limit, allowed):
     assert allowed_distance(closest, limit) == allowed
 

@@ -2,7 +2,7 @@
 
 import types
 
-from each import each_row
+import pytest
 
 from mobile_robot_control.ros.questions import LockstepPacer
 from mobile_robot_control.ros.stamp_policy import (
@@ -16,7 +16,7 @@ PERIOD = 10
 GRID, NEXT = 'stamp not on the grid', 'not the next stamp'
 
 
-@each_row(('accepted', 'stamp', 'decision', 'reason'), [
+@pytest.mark.parametrize(('accepted', 'stamp', 'decision', 'reason'), [
     (None, 0, 'START', ''), (None, 70, 'JOIN', ''), (0, 0, 'AGAIN', ''), (50, 50, 'AGAIN', ''), (50, 60, 'STEP', ''),
     (50, 0, 'START', ''), (50, 40, 'REFUSED', NEXT), (50, 70, 'REFUSED', NEXT), (50, 55, 'REFUSED', GRID),
     (50, -10, 'REFUSED', GRID), (None, 5, 'REFUSED', GRID), (None, -10, 'REFUSED', GRID),
@@ -46,8 +46,9 @@ def _asked(present, factor=0.0):
     return policy
 
 
-@each_row(('stamp', 'decision'), [(50, 'STEP'), (40, 'AGAIN'), (0, 'AGAIN'), (60, 'REFUSED'), (45, 'REFUSED'),
-                                  (-10, 'REFUSED')])
+@pytest.mark.parametrize(('stamp', 'decision'), [
+    (50, 'STEP'), (40, 'AGAIN'), (0, 'AGAIN'), (60, 'REFUSED'), (45, 'REFUSED'), (-10, 'REFUSED'),
+])
 def test_the_plant_accepts_answers_to_its_present_stamp(stamp, decision):
     policy = _asked(50)
     assert policy.decide(stamp) is StampDecision[decision]
@@ -69,7 +70,7 @@ def test_answers_before_the_question_and_of_the_run_that_ended_count_as_repeats(
     assert policy.decide(50) is StampDecision.REFUSED
 
 
-@each_row(('age', 'decision', 'reason'), [
+@pytest.mark.parametrize(('age', 'decision', 'reason'), [
     (0.0, 'HOLD', ''), (0.4, 'HOLD', ''), (-0.4, 'HOLD', ''), (0.6, 'REFUSED', 'stamp too old'),
     (-0.6, 'REFUSED', 'stamp in the future'), (1e9, 'REFUSED', 'too old'),
 ])
@@ -84,7 +85,7 @@ def test_on_the_wall_clock_stamps_beyond_the_tolerance_are_refused(age, decision
         assert 'stamp_tolerance is 0.5 s' in policy.refusal(stamp).detail
 
 
-@each_row('stamp', [1_000_000_000_000, 1_800_000_000_000_000_000, 600_000_000])
+@pytest.mark.parametrize('stamp', [1_000_000_000_000, 1_800_000_000_000_000_000, 600_000_000])
 def test_before_the_first_message_on_clock_no_stamp_is_judged(stamp):
     policy = WallClockStampPolicy(
         types.SimpleNamespace(now=lambda: types.SimpleNamespace(nanoseconds=0)), tolerance=0.5)

@@ -4,7 +4,6 @@ import random
 
 import pytest
 from bag_making import ODOM, WALL, event, messages_of, record, write, write_mcap
-from each import each_row
 from mcap.writer import CompressionType
 from measuring import configuration
 from rclpy.serialization import serialize_message
@@ -112,7 +111,7 @@ def test_a_file_without_a_message_is_reported_as_cut_off_and_an_empty_bag_as_emp
     assert any('the bag holds nothing' in problem for problem in bag.read_bag(tmp_path / 'bag').problems)
 
 
-@each_row(('file', 'content'), [
+@pytest.mark.parametrize(('file', 'content'), [
     ('text/notes.txt', 'hello'), ('false/bag.mcap', 'this is not an mcap file'), (None, ''),
     ('other/bag_0.db3', 'this is not a database'),
     ('gone/metadata.yaml', 'rosbag2_bagfile_information: {version: 9}')])
@@ -138,7 +137,7 @@ def _by_rosbags(path, samples, storage, mode=CompressionMode.NONE):
                 writer.write(topics[topic], WALL + stamp, message)
 
 
-@each_row(('storage', 'mode'), [
+@pytest.mark.parametrize(('storage', 'mode'), [
     (StoragePlugin.SQLITE3, CompressionMode.NONE), (StoragePlugin.SQLITE3, CompressionMode.FILE),
     *((StoragePlugin.MCAP, mode) for mode in CompressionMode)])
 def test_bags_written_by_rosbags_are_read(tmp_path, samples, storage, mode):
@@ -151,7 +150,7 @@ def test_bags_written_by_rosbags_are_read(tmp_path, samples, storage, mode):
     assert _files(path) == before
 
 
-@each_row('compression', [CompressionType.LZ4, CompressionType.ZSTD])
+@pytest.mark.parametrize('compression', [CompressionType.LZ4, CompressionType.ZSTD])
 def test_compressed_chunks_are_read_complete_or_cut_off(tmp_path, samples, compression):
     file = tmp_path / 'run_0.mcap'
     write_mcap(file, samples, compression, 50_000)

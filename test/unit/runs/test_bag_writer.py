@@ -11,7 +11,6 @@ from pathlib import Path
 import pytest
 import yaml
 from bag_making import WALL, messages_of, record, write
-from each import each_row
 from measuring import configuration
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
@@ -65,7 +64,7 @@ def test_bag_and_metadata_equal_those_of_rosbags(tmp_path, samples):
     assert ours == theirs
 
 
-@each_row('name', ['bag', 'b\xe4g \u65e5', 'bag\udcff'])
+@pytest.mark.parametrize('name', ['bag', 'b\xe4g \u65e5', 'bag\udcff'])
 def test_a_bag_of_any_name_is_recorded_with_the_metadata_of_plain_yaml(name, tmp_path, samples):
     path = record(tmp_path / name, samples[:51])
     text = (path / 'metadata.yaml').read_text()

@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from each import each_row
 from measuring import configuration
 
 from mobile_robot_control.loop import batch
@@ -170,7 +169,7 @@ def test_the_integrals_are_sums_over_the_ticks_before_the_end():
     assert {name for name in INDICES if found[name] is None} == {*INDICES} - {'torque_variation', 'command_variation'}
 
 
-@each_row(('errors', 'settling', 'share', 'outcome'), [
+@pytest.mark.parametrize(('errors', 'settling', 'share', 'outcome'), [
     ([OUT, IN, OUT, IN, IN], 3.0, 0.5, 'completed'), ([OUT, OUT, BAND, -BAND, OUT], 2.0, 0.5, 'interrupted'),
     # never outside, never inside, outside at the last tick that counts
     ([IN, IN, IN], 0.0, 1.0, 'broken off'), ([OUT, OUT, IN], None, 0.0, 'completed'),

@@ -5,7 +5,6 @@ import random
 
 import pytest
 from bag_making import CMD_VEL, KINDS, ODOM, REFERENCE, WALL, messages_of, record
-from each import each_row
 from harness import numbers_in
 from measuring import configuration, measured
 from processes import usage_of
@@ -154,7 +153,7 @@ def test_no_frame_is_empty(samples, tmp_path):
     assert 'joint_states' not in timing_table(turtle.series)
 
 
-@each_row(('given', 'expected'), [
+@pytest.mark.parametrize(('given', 'expected'), [
     (['odometry:=/odom'], "'odometry' is no topic of the loop; take one of joint_states"),
     (['odom'], 'write NAME:=TOPIC'),
     (['odom:=/base odom'], 'is no name of a topic'),

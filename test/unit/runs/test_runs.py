@@ -8,7 +8,6 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import pytest
 from bag_making import record
-from each import each_row
 from harness import numbers_in
 
 import mobile_robot_control as mrc
@@ -143,7 +142,7 @@ def test_a_run_is_drawn_alone_and_with_others_and_prints_itself_in_a_line(run):
     assert [text.get_text() for text in drawn.axes[0].get_legend().get_texts()][-2:] == ['fuzzy', r'\$other']
 
 
-@each_row(('arguments', 'refusal'), [
+@pytest.mark.parametrize(('arguments', 'refusal'), [
     (('pth',), "figure = 'pth': there is no such figure; did you mean 'path'"),
     (('path', *range(6)), '7 runs are more'), (('errors', 'path'), "'path': a figure is drawn of runs alone"),
     ((None,), 'figure is a run; name the figure first'),
@@ -153,7 +152,7 @@ def test_what_cannot_be_drawn_is_refused(run, arguments, refusal):
         run.plot(*(argument or run for argument in arguments))
 
 
-@each_row('parameters', [
+@pytest.mark.parametrize('parameters', [
     START, {'plant.noise.pose': [0.05, 0.05, 0.02]}, {'plant.drive': 'velocity', 'plant.base.lag': [0.1, 0.1]}])
 def test_a_saved_run_has_the_bytes_of_the_command_and_is_read_back(tmp_path, parameters):
     hidden = mrc.simulate(duration=0.2, parameters=parameters)
@@ -199,7 +198,7 @@ def test_without_pandas_an_error_says_what_to_do(run, monkeypatch):
     assert raised.value.name == 'pandas'
 
 
-@each_row(('keywords', 'options'), [
+@pytest.mark.parametrize(('keywords', 'options'), [
     ({'parameters': {'plant.noise.seed': -1, '/**.velocity_rate': 0.5, 'plant.max_wheel_torqe': 3.0}},
      ['-p', 'plant.noise.seed:=-1', '-p', '/**.velocity_rate:=0.5', '-p', 'plant.max_wheel_torqe:=3.0']),
     ({'parameters': {'reference_cart.curve': 'sqare'}}, ['-p', "reference_cart.curve:='sqare'"]),
@@ -213,7 +212,7 @@ def test_errors_are_those_of_the_command(capsys, keywords, options):
     assert list(raised.value.violations) == printed
 
 
-@each_row(('keywords', 'refusal'), [
+@pytest.mark.parametrize(('keywords', 'refusal'), [
     ({'duration': -1.0}, r'duration = -1\.0 is not allowed; it must be above 0\.0 s'),
     ({'duration': 1e11}, 'would take too long'), ({'duration': 1e-9}, 'is too short for a step'),
     ({'parameters': ['config/fuzzy.yaml']}, r'parameters = .*: write them by NODE\.PARAMETER'),

@@ -6,7 +6,6 @@ import random
 import numpy as np
 import pytest
 from bag_making import WALL
-from each import each_row
 from measuring import configuration
 
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS, RefusedMessageError
@@ -98,7 +97,7 @@ def test_a_new_run_replaces_the_earlier_one(samples):
         assert list(samples_of(Series(found.signals))) == samples[:200]
 
 
-@each_row('missed', [['odom'], list(LOOP_TOPICS)])
+@pytest.mark.parametrize('missed', [['odom'], list(LOOP_TOPICS)])
 def test_a_new_run_whose_start_was_missed_is_not_mixed_with_the_old(samples, missed):
     old = [(topic, stamp, tuple(9.0 for _ in values)) for topic, stamp, values in _messages(samples)]
     new = [message for message in _messages(samples)[:-330] if message[0] not in missed or message[1] > 40 * MS]
@@ -225,7 +224,7 @@ def test_with_the_truth_beside_odometry_the_same_samples_are_joined():
     assert list(describe_gaps(late)) == ['ground_truth starts late, at t = 0.02 s']
 
 
-@each_row('lost', [['wheel_torques'], ['wheel_torques', 'joint_states']])
+@pytest.mark.parametrize('lost', [['wheel_torques'], ['wheel_torques', 'joint_states']])
 def test_without_torques_the_ticks_are_the_same(samples, lost):
     found = list(samples_of(_without(_run(_messages(samples)), lost)))
     kept = samples if lost == ['wheel_torques'] else [sample for sample in samples if sample.tick.time == sample.time]

@@ -5,7 +5,6 @@ import math
 
 import pytest
 from bag_making import record
-from each import each_row
 from harness import numbers_in
 from measuring import configuration, measured
 
@@ -36,7 +35,7 @@ def reported(folder, run):
     return numbers_in(folder / 'report.json')['run'], (folder / 'report.html').read_text()
 
 
-@each_row(('name', 'parameters'), [('noise', NOISY), ('carried forward', AHEAD)])
+@pytest.mark.parametrize(('name', 'parameters'), [('noise', NOISY), ('carried forward', AHEAD)])
 def test_a_bag_has_the_true_errors_of_its_rollout_and_alone_those_that_are_called_measured(tmp_path, name, parameters):
     experiment = tmp_path / name
     record(experiment / 'bag', rollout(parameters, DURATION))

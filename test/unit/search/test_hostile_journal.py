@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from each import each_row
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.search.journal import Journal
@@ -32,7 +31,7 @@ def run(file, generations, resume=False, algorithm='genetic'):
     return found, len(scored)
 
 
-@each_row('algorithm', ALGORITHMS)
+@pytest.mark.parametrize('algorithm', ALGORITHMS)
 def test_a_resumed_search_equals_an_undisturbed_one(tmp_path, algorithm):
     whole, file = tmp_path / f'{algorithm}_whole', tmp_path / algorithm
     undisturbed, _ = run(whole, 12, algorithm=algorithm)
@@ -93,7 +92,7 @@ def _line(text):
     return f'{zlib.crc32(text.encode()):08x} {text}\n'
 
 
-@each_row('content', [
+@pytest.mark.parametrize('content', [
     '{"points": 1, "scores": [NaN]}', '{"points": 1, "scores": [Infinity]}', '{"points": 1, "scores": ["1.0"]}',
     '{"points": 1, "scores": [true]}', '{"points": 1, "scores": [[1.0]]}', '{"points": 1, "scores": {"a": 1.0}}',
     '{"points": 1, "scores": 1.0}', '{"points": 1.0, "scores": [1.0]}', '{"points": 1}', '[1]', '5', 'null',
@@ -108,8 +107,8 @@ def test_odd_lines_are_refused(tmp_path, content):
         assert file.read_text() == text
 
 
-@each_row('text', [*map(_line, ('[' * 100_000, '{"a":' * 100_000, '9' * 5000)), f'0{_line("{}")[1:]}'],
-          name=lambda text: text[:20])
+@pytest.mark.parametrize('text', [*map(_line, ('[' * 100_000, '{"a":' * 100_000, '9' * 5000)), f'0{_line("{}")[1:]}'],
+          ids=lambda text: text[:20])
 def test_a_line_that_cannot_be_read_or_has_another_checksum_is_refused(tmp_path, text):
     file = tmp_path / 'search.journal'
     file.write_text(text + _line('{}'))

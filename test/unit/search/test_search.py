@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from each import each_row
 
 from mobile_robot_control.search.genetic import GeneticSettings, breed, select_parents
 from mobile_robot_control.search.search import ALGORITHMS, WORST, SearchSettings, run_search
@@ -21,7 +20,7 @@ def settings(algorithm='genetic', generations=60, seed=1, **other):
     return SearchSettings(algorithm, 6, 41, generations, seed, **other)
 
 
-@each_row(('algorithm', 'near'), [('genetic', 0.01), ('differential_evolution', 1e-5)])
+@pytest.mark.parametrize(('algorithm', 'near'), [('genetic', 0.01), ('differential_evolution', 1e-5)])
 def test_the_search_finds_the_optimum_of_a_quadratic_and_the_best_score_never_rises(algorithm, near):
     smallest = []
 
@@ -43,7 +42,7 @@ def test_the_search_finds_the_optimum_of_a_quadratic_and_the_best_score_never_ri
     assert one.history != other.history
 
 
-@each_row('algorithm', ALGORITHMS)
+@pytest.mark.parametrize('algorithm', ALGORITHMS)
 def test_a_score_that_is_not_finite_is_never_the_best(algorithm):
     bad = itertools.cycle((math.nan, math.inf, -math.inf))
     found = run_search(settings(algorithm), lambda points: np.where(points[:, 0] < 0.5, next(bad), bowl(points)))

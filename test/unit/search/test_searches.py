@@ -6,7 +6,6 @@ import json
 
 import numpy as np
 import pytest
-from each import each, each_row
 from harness import numbers_in
 
 import mobile_robot_control as mrc
@@ -53,7 +52,7 @@ def test_a_search_finds_what_the_command_finds_and_is_simulated_saved_reported_a
     assert repr(found) == '<Tuned backstepping: objective 1.25 after 3 generations, p = 0.5, gains.k1 = 0.25>'
 
 
-@each(LAWS)
+@pytest.mark.parametrize('law', LAWS)
 def test_every_law_is_searched(law):
     # those configured are better than what so short a search finds, if none of them is made worse
     worse = {f'position_controller.{law}.{name}': 1e-3 for name in (
@@ -133,7 +132,7 @@ def test_a_study_is_reported_printed_and_needs_no_list_for_one_file_curve_or_sca
     assert repr(alone).endswith('90.55 %)>')
 
 
-@each_row(('options', 'refusal'), [
+@pytest.mark.parametrize(('options', 'refusal'), [
     ({'generations': 0}, 'generations = 0 is not allowed; it must be at least 1'),
     ({'bounds': {'k9': (0, 1)}}, "no gene 'k9'"), ({'generation': 3}, "unknown option 'generation'; did"),
     ({'output': 'gains.yaml'}, 'output: nothing is written to files from Python'),

@@ -9,7 +9,6 @@ import sys
 import time
 
 import pytest
-from each import each_row
 from processes import wait_until
 
 from mobile_robot_control.cli import request_of
@@ -99,7 +98,7 @@ def test_result_file_history_and_picture_agree(tmp_path, monkeypatch, capsys):
         assert text.count('latency of odometry') == 1
 
 
-@each_row(('generations', 'kept'), [(4, False), (1, True)])
+@pytest.mark.parametrize(('generations', 'kept'), [(4, False), (1, True)])
 def test_the_better_of_found_and_configured_gains_is_written_and_the_first_sentence_says_which(
     tmp_path, capsys, generations, kept
 ):
@@ -189,7 +188,7 @@ def test_a_better_result_is_replaced_only_with_overwrite(tmp_path, capsys):
     assert values(output) == [line.decode() for line in better.splitlines() if not line.startswith(b'#')]
 
 
-@each_row(('name', 'words', 'told'), [
+@pytest.mark.parametrize(('name', 'words', 'told'), [
     ('notes.yaml', [], 'holds no backstepping controller'), ('begun.yaml', [], '--resume goes on'),
     ('fuzzy.yaml', [], 'holds no backstepping controller'), ('odd.yaml', ['--resume'], 'line 1 of 2 is damaged'),
     ('notes.yaml/x.yaml', [], 'notes.yaml'), ('', [], 'is a folder'),

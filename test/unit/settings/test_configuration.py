@@ -2,7 +2,6 @@
 
 import chapter
 import pytest
-from each import each_row
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.settings.configure import configure
@@ -39,7 +38,7 @@ def test_shared_values_that_differ_between_nodes_are_refused():
     assert [violation.split()[0] for violation in violations] == ['velocity_rate', 'lockstep']
 
 
-@each_row(('velocity_rate', 'position_rate', 'useful'), [
+@pytest.mark.parametrize(('velocity_rate', 'position_rate', 'useful'), [
     (500.0, 200.0, ['166.66666666666666', '250.0']), (500.0, 1000.0, ['500.0']),
     (1000.0, 400.0, ['333.3333333333333', '500.0']),
     *((velocity_rate, position_rate, []) for velocity_rate, position_rate in (
@@ -55,7 +54,7 @@ def test_rates_that_do_not_divide_are_refused_with_those_that_do(velocity_rate, 
         assert (shared.velocity_rate, shared.position_rate) == (velocity_rate, rate)
 
 
-@each_row(('name', 'rate', 'period'), [
+@pytest.mark.parametrize(('name', 'rate', 'period'), [
     ('velocity_rate', 300.0, '3333333.333 ns'), ('position_rate', 60.0, '16666666.667 ns'),
     ('velocity_rate', 70000.0, '14285.714 ns'),
 ])
@@ -66,7 +65,7 @@ def test_periods_must_be_whole_nanoseconds(name, rate, period):
     assert nearest == pytest.approx(1e9 / max(1, round(1e9 / rate)), rel=1e-15)
 
 
-@each_row('factor', [2.3e-308, 1e-13, 5e-7])
+@pytest.mark.parametrize('factor', [2.3e-308, 1e-13, 5e-7])
 def test_a_factor_that_stops_simulated_time_is_refused_with_the_smallest_useful_one(factor):
     violation, = refused({'plant': {'real_time_factor': factor}})
     assert violation.startswith(f'plant: real_time_factor = {factor} is too small: ')
@@ -100,7 +99,7 @@ def test_the_chapters_gains_pass_at_4_khz_in_lockstep_alone():
     assert 'with one and two samples of delay, as on the wall clock' in violation
 
 
-@each_row(('drive', 'others'), [
+@pytest.mark.parametrize(('drive', 'others'), [
     ('torque', {'base.lag': [0.1, 0.1], 'base.command_rate': 20.0}),
     ('velocity', {'max_wheel_torque': 1.0, 'centripetal_coupling': True, 'delay.velocity_steps': 1,
                   'disturbance.step': [0.1, 0.0], 'friction.coulomb': 0.1, 'motor.time_constant': 0.1}),
@@ -113,7 +112,7 @@ def test_a_parameter_of_the_other_drive_is_refused_by_name(drive, others):
                    for text in violations)
 
 
-@each_row(('parameters', 'named'), [
+@pytest.mark.parametrize(('parameters', 'named'), [
     ({'drive': 'velocity', 'base.dead_time': [1.0, 0.0]}, 'base.dead_time = [1.0, 0.0] s has more than 64 commands'),
     ({'drive': 'velocity', 'base.command_rate': 1e-4}, 'base.command_rate = 0.0001 Hz is below 0.001 Hz'),
     ({'odometry.latency': 1.0}, 'odometry.latency = 1.0 s with a sample at each position tick keeps 100 samples'),

@@ -1,7 +1,6 @@
 """Parameter files and overrides as ROS 2 reads them, which nodes a section reaches, and what is refused by name."""
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.ros.spin import check_ros_arguments
@@ -47,7 +46,7 @@ def test_in_a_shared_section_each_node_takes_what_it_declares(file):
         'velocity_controller': {'max_wheel_torque': 2.0}, 'position_controller': {}}
 
 
-@each_row(('name', 'namespace', 'reached'), [
+@pytest.mark.parametrize(('name', 'namespace', 'reached'), [
     ('/**/plant', '/fleet/one', True), ('/fleet/one/plant', '/fleet/one', True),
     ('fleet/one/plant', '/fleet/one', True), ('/fleet/*/plant', '/fleet/one', True), ('/*/plant', '/fleet/one', False),
     ('/fleet/**/plant', '/fleet/one', True), ('/fleet/two/plant', '/fleet/one', False),
@@ -67,7 +66,7 @@ def test_a_section_reaches_the_nodes_whose_full_name_it_matches(file, name, name
 RENAMED = full_names('/', {'position_controller': 'pc'})
 
 
-@each_row(('name', 'reached'), [
+@pytest.mark.parametrize(('name', 'reached'), [
     ('/**/pc', ['position_controller']), ('pc', ['position_controller']), ('/pc', ['position_controller']),
     ('/**/position_controller', []), ('position_controller', []), ('plant', ['plant']),
 ])
@@ -75,7 +74,7 @@ def test_a_renamed_node_is_reached_by_its_new_name_alone(name, reached):
     assert addressed_nodes(name, RENAMED) == reached
 
 
-@each_row('name', ['position_controller', '/position_controller', '/**/position_controller'])
+@pytest.mark.parametrize('name', ['position_controller', '/position_controller', '/**/position_controller'])
 def test_a_section_under_the_first_name_of_a_renamed_node_is_refused_with_the_remedy(name):
     for namespace in ('/', '/robot1'):
         assert only(merge_sections, [('my.yaml', name, {'input_timeout': 1.0})],
@@ -97,7 +96,7 @@ def test_sections_and_groups_may_be_nested_and_those_of_others_are_left_out(file
         assert load([file(section('plant', **{name: 'true'}))])['plant'] == {}
 
 
-@each_row(('text', 'namespace'), [
+@pytest.mark.parametrize(('text', 'namespace'), [
     (section('controller_manager', update_rate=50), '/'),
     (section('rviz2', plant=1) + section('/plant/driver', a=2), '/'),
     (section('/robot1/camera', rate=30), '/robot1'), (section('my_plant', duration=5.0), '/'),
@@ -112,14 +111,14 @@ def test_a_file_of_another_package_is_refused_by_commands_and_nodes_warn_of_it_o
     assert capsys.readouterr().err.count(f'plant: {told}') == 1
 
 
-@each_row('name', ['plant', '/plant'])
+@pytest.mark.parametrize('name', ['plant', '/plant'])
 def test_a_bare_node_section_outside_the_namespace_is_refused(file, name):
     violation = only(load, [file(section(name, duration=5.0))], namespace='/one')
     assert f"section '{name}' is for a node outside the namespace '/one'; write '/**/plant'" in violation
     assert 'params.yaml' in violation
 
 
-@each_row(('namespace', 'remedy'), [
+@pytest.mark.parametrize(('namespace', 'remedy'), [
     ('', '/robot1'), ('a/b', '/a/b'), ('//', '/robot1'), ('/x/', '/x'), ('/1x', '/robot1'), ('/a//b', '/a/b'),
     ('/a-b', '/robot1'), ('/ä', '/robot1'), ('/a b', '/robot1'), ('/a__b', '/robot1'), ('~/a', '/robot1'),
     ('/x\n', '/robot1'), ('/' + 200 * 'a', '/robot1'), ('robot1', '/robot1'),
@@ -144,7 +143,7 @@ def test_later_files_and_sections_win_and_overrides_win_over_files(file):
     assert load([file(own + shared)])['plant']['duration'] == 1.0
 
 
-@each_row(('text', 'node', 'values'), [
+@pytest.mark.parametrize(('text', 'node', 'values'), [
     ('plant.duration:=5', 'plant', {'duration': 5}), ('/plant.duration:=1e1', '/plant', {'duration': 10.0}),
     ('/**.position_rate:=50.0', '/**', {'position_rate': 50.0}),
     ('velocity_controller.gains.k1:=2.5', 'velocity_controller', {'gains.k1': 2.5}),
@@ -156,13 +155,15 @@ def test_an_override_is_split_into_node_parameter_and_value(text, node, values):
     assert read_override(text)[1:] == (node, values)
 
 
-@each_row('text', ['', 'plant', 'plant.duration', 'plant.duration=5', 'plant.duration:5', 'duration:=5', '.duration:=5',
-                   'plant.:=5', ':=5'])
+@pytest.mark.parametrize('text', [
+    '', 'plant', 'plant.duration', 'plant.duration=5', 'plant.duration:5', 'duration:=5', '.duration:=5', 'plant.:=5',
+    ':=5',
+])
 def test_overrides_of_another_form_are_refused(text):
     assert only(read_override, text) == f"-p '{text}': write NODE.PARAMETER:=VALUE, such as plant.duration:=16.0"
 
 
-@each_row(('text', 'start', 'end'), [
+@pytest.mark.parametrize(('text', 'start', 'end'), [
     ('plnt.duration:=5', "-p 'plnt.duration:=5': there is no node 'plnt'; ", "did you mean 'plant'?"),
     ('plant.initial_pose:=[1.0', "-p 'plant.initial_pose:=[1.0', line 1: ", ''),
     ('plant.durations:=5', "-p 'plant.durations:=5': unknown parameter 'durations'", "did you mean 'duration'?"),
@@ -177,7 +178,7 @@ def test_an_override_that_cannot_be_taken_is_refused_with_the_remedy(text, start
 _NO_NODE = 'is no name of a node, and nodes refuse the file; write one such as'
 
 
-@each_row(('text', 'reason'), [
+@pytest.mark.parametrize(('text', 'reason'), [
     (section('/**', velocity_rates=5.0), "unknown parameter 'velocity_rates' of '/**'; did you mean 'velocity_rate'?"),
     (section('plant', curve='circle'), "'curve' of 'plant' belongs to reference_cart; write it there"),
     (section('reference_cart', max_wheel_torque=1.0), 'belongs to plant and velocity_controller'),

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.benchmarking.engine import published_rows
 from mobile_robot_control.parameters.declaration import ParameterError
@@ -41,7 +40,7 @@ def test_a_path_has_the_limits_of_every_robot_and_the_motors_of_the_plant(tmp_pa
         parameter_sources(robot='chapter', parameters=values | {'plant.friction.coulomb': 0.01}).configuration()
 
 
-@each_row(('library', 'prefix'), [
+@pytest.mark.parametrize(('library', 'prefix'), [
     ('lib/python3.11/site-packages', ''), ('lib/python3/dist-packages', ''),
     ('local/lib/python3.12/dist-packages', 'local'), ('', ''),
 ])
@@ -66,7 +65,7 @@ def test_a_robot_is_found_by_its_name_and_what_reads_as_a_path_or_is_a_file_is_o
         assert robot_file(path) == Path(path)
 
 
-@each_row('robot', ['chapt', 'zzzzzzzz', '', 'Chapter'])
+@pytest.mark.parametrize('robot', ['chapt', 'zzzzzzzz', '', 'Chapter'])
 def test_an_unknown_name_is_refused_with_the_names_there_are(robot):
     with pytest.raises(ParameterError) as refused:
         robot_file(robot)

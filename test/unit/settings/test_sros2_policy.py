@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from each import each_row
+import pytest
 from policy_reading import allowed, faults
 
 from mobile_robot_control.settings.nodes import NODES
@@ -18,7 +18,7 @@ def test_the_shipped_file_is_the_one_that_make_pages_writes(tmp_path):
     assert SHIPPED.read_bytes() == (tmp_path / 'policy.xml').read_bytes()
 
 
-@each_row(('before', 'after'), [
+@pytest.mark.parametrize(('before', 'after'), [
     ('version="0.2.0"', 'version="0.1.0"'), ('publish="ALLOW"', 'publish="allow"'), ('publish="', 'call="'),
     ('<topic>odom</topic>', '<service>odom</service>'), ('<topic>odom</topic>', '<topic></topic>'),
     ('<topic>odom</topic>', '<name>odom</name>'), (' node="plant"', ''), ('<enclaves>', '<enclaves/><enclaves>'),
@@ -40,7 +40,7 @@ def test_each_node_has_an_enclave_and_experiment_has_one_for_all():
         assert (name, rules) == (f'/robot1/{path.rpartition("/")[2]}', together[name])
 
 
-@each_row('topic', LOOP_TOPICS.values())
+@pytest.mark.parametrize('topic', LOOP_TOPICS.values())
 def test_a_loop_topic_is_published_by_its_publisher_alone_and_read_by_its_subscribers(topic):
     rules = allowed(policy())[f'{ROOM}/experiment']
     assert [node for node in rules if ('publish', f'/{topic.name}') in rules[node]] == [f'/{topic.publisher}']
@@ -61,7 +61,7 @@ def test_nodes_serve_under_their_own_names_and_those_of_experiment_alone_call():
         *(('/replayer', f'/{node}/set_parameters_atomically') for node in NODES)}
 
 
-@each_row(('arguments', 'reason'), [
+@pytest.mark.parametrize(('arguments', 'reason'), [
     ([], 'give a file'), (['policy.xml', '/', 'more'], 'give a file'),
     (['policy.xml', 'robot1'], "'robot1' is no namespace of ROS"), (['policy.xml', '/a"b'], 'is no namespace of ROS'),
     (['none/policy.xml'], "'none/policy.xml' cannot be written"),

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from each import each_row
 
 from mobile_robot_control.loop.monte_carlo import Judged
 from mobile_robot_control.studying.comparison import COMPARED, best_of, compare, compare_all, comparison_values
@@ -62,7 +61,9 @@ def test_the_numbers_of_a_small_comparison():
         'one and other, success: cannot be told apart: one alone in 1, other alone in 1 of 5']
 
 
-@each_row(('alone', 'winner'), [((5, 0), ''), ((6, 0), 'one'), ((0, 6), 'other'), ((9, 2), ''), ((10, 2), 'one')])
+@pytest.mark.parametrize(('alone', 'winner'), [
+    ((5, 0), ''), ((6, 0), 'one'), ((0, 6), 'other'), ((9, 2), ''), ((10, 2), 'one'),
+])
 def test_success_is_told_apart_where_the_sign_test_says_so(alone, winner):
     """All of 5 scenarios are 0.06 likely by chance, all of 6 are 0.03."""
     ours = judged(*[0.1] * alone[0], *[None] * alone[1], *[0.1] * 50)
@@ -73,7 +74,7 @@ def test_success_is_told_apart_where_the_sign_test_says_so(alone, winner):
                                                        else 'cannot be told apart')
 
 
-@each_row(('ours', 'theirs', 'both'), [((None, 0.1), (0.1, None), 0), ((0.1, None), (0.2, 0.1), 1)])
+@pytest.mark.parametrize(('ours', 'theirs', 'both'), [((None, 0.1), (0.1, None), 0), ((0.1, None), (0.2, 0.1), 1)])
 def test_fewer_than_two_shared_successes_are_not_compared(ours, theirs, both):
     pair, = comparison_values({'one': judged(*ours), 'other': judged(*theirs)}, RMS)
     value, = pair['metrics']

@@ -4,7 +4,6 @@ import json
 import math
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.loop.monte_carlo import Judged, ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.scenarios import Scenario
@@ -24,7 +23,7 @@ def runs_of(fails, outcome='completed'):
     return [Judged(not fails(scenario), {}, outcome if fails(scenario) else 'completed') for scenario in SCENARIOS]
 
 
-@each_row(('fails', 'quantity', 'side', 'value'), [
+@pytest.mark.parametrize(('fails', 'quantity', 'side', 'value'), [
     (lambda one: distance(one) > 0.9, 'start_distance', 'above', 0.9),
     (lambda one: abs(one.start.heading) < 0.5, 'start_heading_error', 'at most', 0.5),
     (lambda one: one.mass > 1.1, 'mass_factor', 'above', 1.1),

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from each import each_row
 
 import mobile_robot_control as mrc
 from mobile_robot_control.loop.scenarios import with_robot
@@ -44,7 +43,7 @@ def test_a_robot_out_of_its_bounds_is_drawn_again(tmp_path):
     assert min(value for (_, value), in drawn_robots(file, 200, 1)) >= 0.0
 
 
-@each_row(('change', 'told'), [
+@pytest.mark.parametrize(('change', 'told'), [
     ({'names': ('plant.base.speed[0]', *NAMES[1:])}, 'the plant has no parameter'),
     ({'values': VALUES[:2]}, 'do not belong together'),
     ({'covariance': COVARIANCE[:2]}, 'has no section /**/identify'),

@@ -4,7 +4,6 @@ import itertools
 import math
 
 import pytest
-from each import each
 from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy import special, stats
@@ -30,21 +29,21 @@ def test_its_quantile_is_that_of_scipy(a, b, probability):
     assert tails.beta_quantile(a, b, probability) == pytest.approx(special.betaincinv(a, b, probability), rel=1e-6)
 
 
-@each(itertools.product([1, 2, 19, 299, 10**6], [0.95, 1.0 - 0.05 / 36]))
+@pytest.mark.parametrize('case', itertools.product([1, 2, 19, 299, 10**6], [0.95, 1.0 - 0.05 / 36]))
 def test_the_quantile_of_student_is_that_of_scipy(case):
     freedom, confidence = case
     assert tails.student_quantile(confidence, freedom) == pytest.approx(
         stats.t.ppf(0.5 + 0.5 * confidence, freedom), rel=1e-6)
 
 
-@each([(0, 1), (1, 1), (0, 7), (7, 7), (6, 7), (18, 20), (1000, 400_000)])
+@pytest.mark.parametrize('case', [(0, 1), (1, 1), (0, 7), (7, 7), (6, 7), (18, 20), (1000, 400_000)])
 def test_the_interval_of_a_rate_is_the_exact_one(case):
     successes, trials = case
     exact = stats.binomtest(successes, trials).proportion_ci(0.95, 'exact')
     assert tails.binomial_interval(successes, trials, 0.95) == pytest.approx(tuple(exact), rel=1e-6, abs=1e-12)
 
 
-@each([
+@pytest.mark.parametrize('case', [
     (10, 57, 12, 300), (12, 12, 12, 300), (194, 196, 258, 300), (5, 5, 5, 5), (1, 1, 1, 2), (700, 5000, 1000, 10_000),
 ])
 def test_the_tail_of_marked_ones_among_those_drawn_is_that_of_scipy(case):

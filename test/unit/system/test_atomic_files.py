@@ -5,7 +5,6 @@ import os
 from pathlib import Path
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.experiment.folders import evaluate
 from mobile_robot_control.runs.bag_writer import BagWriter
@@ -65,7 +64,7 @@ def test_metrics_that_cannot_be_written_are_returned_all_the_same(tmp_path, monk
                 f'{tmp_path}/metrics.json: No space left on device; make room there, or name a place elsewhere',)
 
 
-@each_row('kind', ['pipe', 'device', 'folder', 'link to a device', 'link to itself'])
+@pytest.mark.parametrize('kind', ['pipe', 'device', 'folder', 'link to a device', 'link to itself'])
 def test_what_is_no_regular_file_is_refused(tmp_path, kind):
     path = Path('/dev/zero') if kind == 'device' else tmp_path / kind
     if kind == 'pipe':
@@ -98,9 +97,9 @@ def test_a_file_larger_than_its_kind_is_refused_before_it_is_read(tmp_path):
         read_bounded(Path('/proc/self/maps'), METRICS._replace(name='few bytes', largest=9))
 
 
-@each_row(('text', 'reason'), [
+@pytest.mark.parametrize(('text', 'reason'), [
     ('[' * 100_000, 'nested too deep'), ('{"a":' * 100_000, 'nested too deep'), ('{', 'Expecting'),
-    ('9' * 5000, 'digits'), (b'\xff', 'decode')], name=lambda row: row[1])
+    ('9' * 5000, 'digits'), (b'\xff', 'decode')])
 def test_json_that_cannot_be_read_is_a_value_error(text, reason):
     with pytest.raises(ValueError, match=reason):
         parse_json(text)

@@ -6,7 +6,6 @@ import subprocess
 import sys
 
 import pytest
-from each import each_row
 
 from mobile_robot_control.experiment import command as experiment
 from mobile_robot_control.report import reports as report
@@ -23,7 +22,7 @@ def _run(redirections, *arguments, **environment):
                           capture_output=True, text=True, timeout=120, check=False, env=os.environ | environment)
 
 
-@each_row('closed', ['2>&-', '<&- >&- 2>&-'])
+@pytest.mark.parametrize('closed', ['2>&-', '<&- >&- 2>&-'])
 def test_with_closed_streams_files_contain_their_own_content_alone(tmp_path, closed):
     folder = tmp_path / str(len(closed))
     done = _run(closed, '--output', folder / 'run.csv')
@@ -32,7 +31,7 @@ def test_with_closed_streams_files_contain_their_own_content_alone(tmp_path, clo
     assert json.loads((folder / 'run.metrics.json').read_text())['outcome'] == 'completed'
 
 
-@each_row('unbuffered', ['', '1'])
+@pytest.mark.parametrize('unbuffered', ['', '1'])
 def test_a_full_standard_output_is_an_error_in_one_line(unbuffered):
     done = _run('>/dev/full', PYTHONUNBUFFERED=unbuffered)
     assert done.returncode == 1

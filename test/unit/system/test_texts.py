@@ -1,6 +1,6 @@
 """Texts from elsewhere become one printable line of bounded length."""
 
-from each import each_row
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,7 +17,7 @@ def test_any_text_becomes_one_line_that_can_be_encoded(text):
     assert printable(shown) == shown
 
 
-@each_row(('text', 'shown'), [
+@pytest.mark.parametrize(('text', 'shown'), [
     ('plain, ü and 日', 'plain, ü and 日'), ('a\nb\r\t', r'a\nb\r\t'), ('\x1b[2J', r'\x1b[2J'), ('\udcff', r'\udcff'),
     ('\u2028\x85', r'\u2028\x85'), ('\ufeff\ufffe', r'\ufeff\ufffe')])
 def test_what_cannot_be_shown_is_escaped(text, shown):

@@ -8,7 +8,6 @@ import struct
 from pathlib import Path
 
 import pytest
-from each import each_row
 
 import mobile_robot_control
 from mobile_robot_control.figures import palette
@@ -55,7 +54,7 @@ def test_the_view_holds_the_path_to_one_scale_and_screen_and_world_are_inverse(s
     assert ahead == pytest.approx(aside)
 
 
-@each_row(('scheme', 'second'), [('light', '#d55e00'), ('dark', '#ff8c42')])
+@pytest.mark.parametrize(('scheme', 'second'), [('light', '#d55e00'), ('dark', '#ff8c42')])
 def test_robots_have_their_colours_and_the_first_one_is_on_top(scene, scheme, second):
     here, there, on_top, name = scene(scheme)('''(() => {
       const made = mrc.makeScene(canvas, {robots: [robot, other], path}), pose = [0, 0, 0];
