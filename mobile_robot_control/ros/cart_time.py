@@ -1,9 +1,9 @@
 """The reference cart's course, and its time along it: by stamps in lockstep; on the wall clock it may wait."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from itertools import accumulate
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Protocol
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
@@ -145,9 +145,34 @@ class CartCourse:
         return [self._course.reference(period * n / _PATH_POINTS).pose for n in range(_PATH_POINTS + 1)]
 
 
+class CartTime(Protocol):
+    """The cart's time along its course."""
+
+    def now(self) -> float:
+        """Return the time along the curve [s]."""
+
+    def references(self, stamp: int) -> References:
+        """Return the references of a step at a stamp [ns]."""
+
+    def may_jump(self) -> bool:
+        """Return whether the cart may switch to another curve."""
+
+    def note(self, pose: Pose) -> None:
+        """Receive the robot's pose."""
+
+    def begin_anew(self) -> None:
+        """Start again at the start of another curve."""
+
+    def forget(self) -> None:
+        """Start again with the next odometry."""
+
+    def condition(self) -> Condition | None:
+        """Return the report of a waiting cart."""
+
+
 class LockstepTime:
     """
-    The time is that of the stamps.
+    The time is that of the stamps, whatever else happens.
 
     Parameters
     ----------
@@ -169,29 +194,24 @@ class LockstepTime:
         """Return the references of a step at a stamp [ns]."""
         return self._course.references(stamp)
 
-    def waits_for_a_run(self, changed: Mapping[str, Any]) -> bool:
-        """Return whether changed parameters take effect at the next run."""
-        return set(changed) != {PERIOD}
-
     def may_jump(self) -> bool:
-        """Return whether the cart may switch to another curve."""
+        """Return True: a new run begins on another curve."""
         return True
 
     def note(self, pose: Pose) -> None:
-        """Receive the robot's pose."""
+        """Leave the time as it is."""
 
     def begin_anew(self) -> None:
-        """Start again at the start of the curve."""
+        """Leave the time as it is."""
 
     def forget(self) -> None:
-        """Start again with the next odometry."""
+        """Leave the time as it is."""
 
-    def condition(self) -> Condition | None:
-        """Return the report of a waiting cart."""
-        return None
+    def condition(self) -> None:
+        """Return None: the cart never waits."""
 
 
-class WallClockTime(LockstepTime):
+class WallClockTime:
     """
     The time is that of the clock, from the first odometry on.
 
@@ -216,10 +236,6 @@ class WallClockTime(LockstepTime):
         """Return the references of now."""
         return self._course.references(round(self.now() * 1e9))
 
-    def waits_for_a_run(self, _changed: Mapping[str, Any]) -> bool:
-        """Return False: there are no runs on the wall clock."""
-        return False
-
     def may_jump(self) -> bool:
         """Return whether the cart still stands at its start."""
         return self._began is None
@@ -229,16 +245,22 @@ class WallClockTime(LockstepTime):
         if self._began is None:
             self._began = self._clock()
 
+    def begin_anew(self) -> None:
+        """Leave the time as it is: the cart stands at its start."""
+
     def forget(self) -> None:
         """Start again with the next odometry."""
         self._began = None
+
+    def condition(self) -> None:
+        """Return None: the cart never waits."""
 
 
 _HELD_UP = 0.5
 """[s], and at least three periods, between two steps: the node was delayed, and the cart has stood meanwhile."""
 
 
-class CartWait(WallClockTime):
+class CartWait:
     """
     Moves the cart by the robot's time while the robot follows.
 

@@ -14,7 +14,7 @@ Outputs = Mapping[str, Any]
 """The outputs of a node, by topic."""
 
 
-class Stepped(Protocol):
+class SteppedNode(Protocol):
     """The interface of a node to its driver."""
 
     def begin(self, inputs: Inputs, joins: bool) -> None:
@@ -45,7 +45,7 @@ class LockstepDriver:
 
     Parameters
     ----------
-    node : Stepped
+    node : SteppedNode
         The node.
     inputs : mapping of str to Input
         The question first: its period is that of the node. All periods are multiples of it.
@@ -56,7 +56,7 @@ class LockstepDriver:
 
     """
 
-    def __init__(self, node: Stepped, inputs: Mapping[str, Input], dt: float, position_period: int) -> None:
+    def __init__(self, node: SteppedNode, inputs: Mapping[str, Input], dt: float, position_period: int) -> None:
         self._node, self._dt, self._position_period = node, dt, position_period
         self._question = next(iter(inputs))
         self._period = inputs[self._question].period

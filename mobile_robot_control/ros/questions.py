@@ -211,7 +211,7 @@ def _no_age(_topic: str) -> float:
     return 0.0
 
 
-class Asking(Protocol):
+class QuestionedPlant(Protocol):
     """The plant's interface to its driver; times are simulated ones."""
 
     exit_code: int | None
@@ -253,7 +253,7 @@ class QuestionDriver:
 
     Parameters
     ----------
-    plant : Asking
+    plant : QuestionedPlant
         The plant.
     node : Node
         The plant's, for timers.
@@ -274,7 +274,7 @@ class QuestionDriver:
     """
 
     def __init__(
-        self, plant: Asking, node: Any, period: int, control: LockstepRunControl, stalls: StallDetector,
+        self, plant: QuestionedPlant, node: Any, period: int, control: LockstepRunControl, stalls: StallDetector,
         real_time_factor: float,
     ) -> None:
         self._plant, self._control, self._stalls = plant, control, stalls

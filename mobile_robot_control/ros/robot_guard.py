@@ -117,6 +117,19 @@ class LawRunner:
         return _ZERO
 
 
+def tell_far_start(node: Node, pose: Pose, cart: Pose, speed: float = 0.0) -> None:
+    """Log a start far from the cart, which the robot approaches at a speed [m/s], or does not."""
+    apart = math.hypot(cart.x - pose.x, cart.y - pose.y)
+    if apart <= _FAR:
+        return
+    where = (f'the run starts {apart:.2f} m from the cart: the robot is at ({pose.x:.2f}, {pose.y:.2f}) m, the cart at '
+             f'({cart.x:.2f}, {cart.y:.2f}) m')
+    if speed > 0.0:
+        node.get_logger().info(f'{where}, and waits; the robot drives there at {speed:g} m/s at most')
+    else:
+        node.get_logger().warning(f'{where}; set plant.initial_pose, or place the curve elsewhere')
+
+
 class LockstepGuard:
     """
     Passes the law's command on: in lockstep there is no robot to stop.
@@ -146,10 +159,6 @@ class LockstepGuard:
         """Return whether the robot must stand."""
         return False
 
-    def approach_speed(self, _values: PositionControllerParameters, _reference: Reference) -> float:
-        """Return the robot's speed of approach to a waiting cart [m/s]; 0 if the law tracks it."""
-        return 0.0
-
     def command(
         self, observation: Observation, stamp: int, _values: PositionControllerParameters,
         acceleration: BodyAcceleration | None = None,
@@ -157,31 +166,21 @@ class LockstepGuard:
         """Return the command of a step at a stamp [ns]."""
         return self._law.command(observation, stamp, math.inf, acceleration)
 
-    def check_start(self, values: PositionControllerParameters, pose: Pose, reference: Reference) -> None:
+    def check_start(self, _values: PositionControllerParameters, pose: Pose, reference: Reference) -> None:
         """Log a start far from the cart."""
-        cart, speed = reference.pose, self.approach_speed(values, reference)
-        apart = math.hypot(cart.x - pose.x, cart.y - pose.y)
-        if apart <= _FAR:
-            return
-        where = (f'the run starts {apart:.2f} m from the cart: the robot is at ({pose.x:.2f}, {pose.y:.2f}) m, the '
-                 f'cart at ({cart.x:.2f}, {cart.y:.2f}) m')
-        if speed > 0.0:
-            self._node.get_logger().info(f'{where}, and waits; the robot drives there at {speed:g} m/s at most')
-        else:
-            self._node.get_logger().warning(f'{where}; set plant.initial_pose, or place the curve elsewhere')
+        tell_far_start(self._node, pose, reference.pose)
 
     def rest(self) -> None:
-        """Note a tick in which the robot stands, after the first one."""
+        """Keep nothing: no robot was stopped."""
 
-    def condition(self, _values: PositionControllerParameters, _problems: list[str], _drives: bool) -> Condition | None:
-        """Return the condition of a node with a standing robot or faulty odometry."""
-        return None
+    def condition(self, _values: PositionControllerParameters, _problems: list[str], _drives: bool) -> None:
+        """Return None: no robot stands."""
 
     def forget(self) -> None:
-        """Forget a run after a jump back of simulated time."""
+        """Keep what there is: simulated time never jumps."""
 
 
-class RobotGuard(LockstepGuard):
+class RobotGuard:
     """
     Chooses the command of each tick on the wall clock: a stop, the approach to a waiting cart, or the law's.
 
@@ -211,7 +210,7 @@ class RobotGuard(LockstepGuard):
         self._far = ''
 
     @property
-    def stands(self) -> bool:  # type: ignore[override]
+    def stands(self) -> bool:
         """Whether the robot is stopped, or too far from the cart to set out."""
         return bool(self._stop.reason or self._far)
 
@@ -266,7 +265,7 @@ class RobotGuard(LockstepGuard):
     def check_start(self, values: PositionControllerParameters, pose: Pose, reference: Reference) -> None:
         """Log a start far from the cart, to which the robot sets out."""
         if not _is_far(math.hypot(reference.pose.x - pose.x, reference.pose.y - pose.y), values):
-            super().check_start(values, pose, reference)
+            tell_far_start(self._node, pose, reference.pose, self.approach_speed(values, reference))
 
     def rest(self) -> None:
         """Keep a stop for a node that is started again."""

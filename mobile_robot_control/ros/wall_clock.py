@@ -7,7 +7,7 @@ from rclpy.clock import Clock
 
 from mobile_robot_control.ros.clock import SteadyClock
 from mobile_robot_control.ros.inputs import ValidInput
-from mobile_robot_control.ros.lockstep import Outputs, Stepped
+from mobile_robot_control.ros.lockstep import Outputs, SteppedNode
 from mobile_robot_control.ros.stamp_policy import Input, Inputs, StampDecision, WallClockStampPolicy
 
 LONGEST_LAG, _LONGEST_STEP = 0.1, 1.0
@@ -55,7 +55,7 @@ class FixedRateTimer:
             self._tick()
 
 
-class OnWallClock(Stepped, Protocol):
+class WallClockNode(SteppedNode, Protocol):
     """The interface of a node to its driver on the wall clock."""
 
     @property
@@ -87,7 +87,7 @@ class WallClockDriver:
 
     Parameters
     ----------
-    node : OnWallClock
+    node : WallClockNode
         The node.
     inputs : mapping of str to Input
         Its inputs.
@@ -105,7 +105,7 @@ class WallClockDriver:
     accepted = None
 
     def __init__(
-        self, node: OnWallClock, inputs: Mapping[str, Input], rate: float, stamps: Clock, tolerance: float,
+        self, node: WallClockNode, inputs: Mapping[str, Input], rate: float, stamps: Clock, tolerance: float,
         age: Callable[[str], float],
     ) -> None:
         self._node, self._inputs, self._dt, self._stamps, self._age = node, inputs, 1.0 / rate, stamps, age

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from mobile_robot_control.messages.parsing import RefusedMessageError, has_no_poses, serialised_stamp
 from mobile_robot_control.quantities import NANOSECONDS
-from mobile_robot_control.ros.cart_time import CartCourse, LockstepTime
+from mobile_robot_control.ros.cart_time import CartCourse, CartTime
 from mobile_robot_control.topics import PATH_TOPIC
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ class WallClockPaths:
     ----------
     course : CartCourse
         Of the cart.
-    clock : LockstepTime
+    clock : CartTime
         Time along the course, and whether the cart waits.
     node : Node
         For the log.
@@ -124,7 +124,7 @@ class WallClockPaths:
 
     """
 
-    def __init__(self, course: CartCourse, clock: LockstepTime, node: 'Node', validator: 'InputValidator') -> None:
+    def __init__(self, course: CartCourse, clock: CartTime, node: 'Node', validator: 'InputValidator') -> None:
         self._course, self._clock, self._node, self._validator = course, clock, node, validator
         self._process: PlanningProcess | None = None
         self._newest = b''

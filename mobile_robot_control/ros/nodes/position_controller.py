@@ -44,7 +44,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._law = LawRunner(
             self, self.parameters.control, 1.0 / shared.position_rate, self._tell)
         self._age: OdomAge = OdomAge(shared) if shared.lockstep else WallClockOdomAge(shared)
-        self._guard: LockstepGuard = LockstepGuard(self, self._law) if shared.lockstep else RobotGuard(
+        self._guard: LockstepGuard | RobotGuard = LockstepGuard(self, self._law) if shared.lockstep else RobotGuard(
             self, self._law,
             partial(OdomConflict, self, self._watch, self._robot_clock, self.parameters.input_timeout), self._act,
             lambda event: self._events.publish(self._clock_stamp(), event))

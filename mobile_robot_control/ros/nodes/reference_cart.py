@@ -16,7 +16,7 @@ from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import RefusedMessageError
 from mobile_robot_control.quantities import NANOSECONDS, Pose
 from mobile_robot_control.reference.curves import PATH
-from mobile_robot_control.ros.cart_time import CartCourse, CartWait, LockstepTime, WallClockTime
+from mobile_robot_control.ros.cart_time import PERIOD, CartCourse, CartTime, CartWait, LockstepTime, WallClockTime
 from mobile_robot_control.ros.conversions import reader
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.lockstep import Outputs
@@ -103,7 +103,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._publish_path()
         self._start()
 
-    def _make_time(self, horizon: int) -> LockstepTime:
+    def _make_time(self, horizon: int) -> CartTime:
         if self._shared.lockstep:
             return LockstepTime(self._course, self._reached)
         waiting = self.parameters.waiting
@@ -118,7 +118,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self.get_logger().warning(words)
 
     def _waits_for_a_run(self, changed: Mapping[str, Any]) -> bool:
-        return self._time.waits_for_a_run(changed)
+        return self._shared.lockstep and set(changed) != {PERIOD}
 
     def _refusals(self, values: ReferenceCartParameters) -> Iterable[str]:
         before, after = (one._replace(placement=one.placement._replace(period=0.0))
