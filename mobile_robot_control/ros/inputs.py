@@ -60,8 +60,12 @@ class InputMonitor:
     def note_input(self, topic: str, stamp_age: float) -> None:
         """Note an accepted message on a topic, and the age of its stamp [s]."""
         self._stamp_ages[topic] = stamp_age
-        self._least[-1][topic] = min(stamp_age, self._least[-1].get(topic, math.inf))
-        self._received_at[topic], self._taken_at[topic] = time.monotonic(), self._clock.now()
+        least = self._least[-1]
+        if stamp_age < least.get(topic, math.inf):
+            least[topic] = stamp_age
+        clock = self._clock
+        self._taken_at[topic] = now = clock.now()
+        self._received_at[topic] = time.monotonic() if clock.is_simulated else now
         self._received.add(topic)
         if topic in self._reported:
             self._reported.remove(topic)

@@ -42,16 +42,17 @@ class RunControl:
         begin_anew: Callable[[], None],
     ) -> None:
         self._values, self._now, self._go_on, self._begin_anew = values, now, go_on, begin_anew
+        self._hold_at = round(values.hold_at * 1e9)
 
     @property
     def held(self) -> bool:
         """Whether time stands still by `paused` or `hold_at`."""
-        return self._values.paused or 0 < round(self._values.hold_at * 1e9) <= self._now()
+        return self._values.paused or 0 < self._hold_at <= self._now()
 
     def change(self, values: PlantParameters) -> None:
         """Apply parameters after a live change, and resume the run if they no longer hold it."""
         held = self.held
-        self._values = values
+        self._values, self._hold_at = values, round(values.hold_at * 1e9)
         if held and not self.held:
             self._go_on()
 
