@@ -69,12 +69,13 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
         return _replay_into_files(request, controllers, files.only, folder, command_line)
     if (folder / 'study.json').exists() and not files.overwrite:
         raise ParameterError([f'{folder}: holds a study already; name another folder, or add --overwrite'])
-    folder.mkdir(parents=True, exist_ok=True)
-    # check that the folder is writable before anything long begins
-    writable_file(str(folder / 'runs.csv'))
     total = request.runs * len(controllers)
-    with Interrupt() as interrupt, runner(request.where) as run, tqdm(total=total, disable=None, unit='run') as bar:
-        results = run_study(request, controllers, run, bar.update, lambda: interrupt.requested)
+    with Interrupt() as interrupt:
+        folder.mkdir(parents=True, exist_ok=True)
+        # check that the folder is writable before anything long begins
+        writable_file(str(folder / 'runs.csv'))
+        with runner(request.where) as run, tqdm(total=total, disable=None, unit='run') as bar:
+            results = run_study(request, controllers, run, bar.update, lambda: interrupt.requested)
     if not results:
         print('study: interrupted before the first runs were done', file=sys.stderr)
         return 1

@@ -105,6 +105,8 @@ def test_drawn_stretches_and_turns_keep_the_limits_and_go_on_from_each_other(leg
     asked = request(rows, timing=timing)
     assume(all(math.dist(one[:2], other[:2]) > 0.21 for one, other in pairwise(rows)))
     motion = plan(asked)
+    # between two parts it does not stand still, as a cart that waits does
+    assert all(any(motion.reference(begin).velocity) for begin in motion.begins[1:])
     assert motion.reference(motion.period).pose[:2] == pytest.approx(rows[-1][:2])
     times = np.linspace(-0.1, motion.period + 0.1, 700)
     step = times[1] - times[0]
