@@ -32,7 +32,7 @@ EXTRAS := $(ROS_WHEELS)dashboard,fast
 TEST_EXTRAS := $(EXTRAS),cluster,test
 MUTANTS_EXTRAS := $(TEST_EXTRAS),mutants
 # of pytest-xdist
-WORKERS := --numprocesses 4 --dist loadscope --no-loadscope-reorder
+WORKERS := --numprocesses 5 --dist loadscope --no-loadscope-reorder
 DOCS_EXTRAS := $(EXTRAS),docs
 
 # where it is set, each of the thousand processes that the tests start compiles every module again

@@ -56,7 +56,7 @@ def test_odd_input_of_every_kind_keeps_the_rule(stage):
     codes, broken = play(stage, [seed for seed in seeds if seed not in slow[2:]])
     assert not broken, '\n\n'.join(broken)
     # some cases succeed, or fail as runs: not all stop at the first look
-    assert sum(count for (_, code), count in codes.items() if code != 2) > 5
+    assert sum(count for (_, code), count in codes.items() if code != 2) > 3
     assert all(codes[kind, 2] for kind in FEW)
 
 
