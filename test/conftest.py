@@ -6,8 +6,8 @@ import re
 from pathlib import Path
 
 import pytest
-from browser import CHROMIUM, DRIVER, Browser, refuse_to_start
-from domains import own_domain
+from helpers.browser import CHROMIUM, DRIVER, Browser, refuse_to_start
+from helpers.domains import own_domain
 from hypothesis import settings
 
 settings.register_profile('seeded', derandomize=True, deadline=None, database=None)

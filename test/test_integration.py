@@ -5,7 +5,7 @@ import math
 
 import pytest
 from geometry_msgs.msg import Vector3Stamped
-from harness import CONFIG, Robots
+from helpers.harness import CONFIG, Robots
 
 DURATION = 4.0
 BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.1}

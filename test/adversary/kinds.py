@@ -3,7 +3,7 @@
 import shutil
 
 import yaml
-from parameter_calls import DECLARED
+from helpers.parameter_calls import DECLARED
 
 from adversary.case import Case
 from adversary.contents import odd_path, odd_yaml, spoilt_bag, spoilt_journal, spoilt_text

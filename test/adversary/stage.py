@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from bag_making import record
+from helpers.bag_making import record
 
 from adversary.case import Place, listing, make_case, make_place
 from adversary.judging import faults

@@ -11,7 +11,7 @@ from functools import partial
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from harness import Robots
+from helpers.harness import Robots
 from rclpy.serialization import deserialize_message
 
 from adversary.contents import spoilt_bytes

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import toppra
-from toppra_oracle import Oracle
+from helpers.toppra_oracle import Oracle
 
 from bench.bench_start import times
 from bench.progress import show

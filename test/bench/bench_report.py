@@ -7,8 +7,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from bag_making import WALL, messages_of
-from processes import usage_of
+from helpers.bag_making import WALL, messages_of
+from helpers.processes import usage_of
 
 from bench.graph import CONFIG
 from bench.progress import show

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from observation import observed
+from helpers.observation import observed
 
 from bench.progress import show
 from bench.row import at_least, at_most

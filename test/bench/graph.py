@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from domains import own_domain
+from helpers.domains import own_domain
 
 CONFIG = Path(__file__).parents[2] / 'config'
 _GRACE = 5.0

@@ -3,10 +3,10 @@
 import math
 
 import pytest
-from drawn import drawn
-from harness import CONFIG
-from promising import BASES, TUNED, driven, fed, plant_like, promised, warned
-from stand_in_model import Base
+from helpers.drawn import drawn
+from helpers.harness import CONFIG
+from helpers.promising import BASES, TUNED, driven, fed, plant_like, promised, warned
+from helpers.stand_in_model import Base
 
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import at_cart_start, configure

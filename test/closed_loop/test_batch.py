@@ -4,7 +4,7 @@ import subprocess
 import sys
 
 import pytest
-from measuring import configuration
+from helpers.measuring import configuration
 
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.metric_table import INDICES

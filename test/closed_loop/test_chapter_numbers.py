@@ -2,9 +2,9 @@
 
 import math
 
-import chapter
 import pytest
-from measuring import configuration, measured
+from helpers import chapter
+from helpers.measuring import configuration, measured
 
 from mobile_robot_control.loop.batch import run_trials
 from mobile_robot_control.loop.trial import make_trial, measured_run

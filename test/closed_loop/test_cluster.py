@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from processes import wait_until
+from helpers.processes import wait_until
 
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.scenarios import configured_scenario

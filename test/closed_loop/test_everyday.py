@@ -3,8 +3,8 @@
 import math
 
 import pytest
-from drawn import drawn
-from harness import CONFIG
+from helpers.drawn import drawn
+from helpers.harness import CONFIG
 
 from mobile_robot_control.runs.metrics import RunMeter
 from mobile_robot_control.runs.rollout import rollout

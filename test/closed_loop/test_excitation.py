@@ -3,9 +3,9 @@
 import math
 
 import pytest
-from drawn import drawn
-from promising import BASES
-from stand_in_model import drive
+from helpers.drawn import drawn
+from helpers.promising import BASES
+from helpers.stand_in_model import drive
 
 from mobile_robot_control.experiment.excitation import Agreement, Area, Excited, excite
 from mobile_robot_control.quantities import BodyVelocity, Pose

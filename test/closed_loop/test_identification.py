@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from bag_making import KINDS, WALL
-from bag_making import record as record_run
-from drawn_robots import PERIOD, commands, draw_base, record, record_stand_in
-from harness import CONFIG
-from promising import BASES, TUNED, driven, promised
+from helpers.bag_making import KINDS, WALL
+from helpers.bag_making import record as record_run
+from helpers.drawn_robots import PERIOD, commands, draw_base, record, record_stand_in
+from helpers.harness import CONFIG
+from helpers.promising import BASES, TUNED, driven, promised
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from observation import observed
+from helpers.observation import observed
 from scipy.integrate import solve_ivp
 
 from mobile_robot_control.control import backstepping, kanayama, periodic, ramsete

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from harness import run_command
+from helpers.harness import run_command
 
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import measure, rollout

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from harness import CONFIG
+from helpers.harness import CONFIG
+from helpers.planner import ALPHA, OMEGA, ROUTE, STARTS, A, V, across, plan_from
+from helpers.stand_in_model import Base, drive
 from rclpy.serialization import serialize_message
-from stand_in_model import Base, drive
 
 from mobile_robot_control.control import bumpless_transfer
 from mobile_robot_control.control.compensation import carried_forward
@@ -18,38 +19,13 @@ from mobile_robot_control.ros.path_planning import answer
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 
-V, A, OMEGA, ALPHA = 0.4, 0.4, 1.2, 2.5
-"""[m/s], [m/s²], [rad/s], [rad/s²]: limits of the cart, and of the pursuit."""
 PARAMETERS = configure(load([CONFIG / 'wall_clock.yaml'], [
     'reference_cart.curve:=path', f'reference_cart.timing.max_linear_velocity:={V}',
     f'reference_cart.timing.max_linear_acceleration:={A}', f'reference_cart.timing.max_angular_velocity:={OMEGA}',
     f'reference_cart.timing.max_angular_acceleration:={ALPHA}']))
 BASE = Base(dead_zone=0.0)
 RATE = 50.0
-STARTS = [(0.0, 0.0, 0.72), (0.0, 0.0, 0.22), (0.0, 0.0, 1.22), (0.0, 0.0, 1.72), (0.0, 0.0, -0.28)]
-"""Within 60° of the route's first direction."""
 SECONDS = 26.0
-
-
-def route():
-    """Return the points of a smooth route, a centimetre apart."""
-    x = np.linspace(0.0, 5.15, 516)
-    return np.stack([x, 0.8 * np.sin(1.1 * x)], axis=1)
-
-
-ROUTE = route()
-
-
-def plan_from(x, y):
-    """Return a plan from a place to the end of the route, over the cells of a grid of 5 cm."""
-    nearest = int(np.argmin(np.hypot(ROUTE[:, 0] - x, ROUTE[:, 1] - y)))
-    return np.concatenate([[(x, y)], np.round(ROUTE[nearest + 5:-5:5] / 0.05) * 0.05, ROUTE[-1:]])
-
-
-def across(points):
-    """Return the distance of places from the route [m], which goes straight on beyond its end."""
-    line = np.concatenate([ROUTE, ROUTE[-1:] + np.arange(1, 21)[:, None] * (ROUTE[-1:] - ROUTE[-2:-1])])
-    return np.hypot(line[None, :, 0] - points[:, None, 0], line[None, :, 1] - points[:, None, 1]).min(axis=1)
 
 
 class Cart:

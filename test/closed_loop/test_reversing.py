@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from stand_in_model import Base, drive
+from helpers.stand_in_model import Base, drive
 
 from mobile_robot_control.control import bumpless_transfer
 from mobile_robot_control.control.compensation import carried_forward

@@ -4,7 +4,7 @@ import math
 import statistics
 
 import pytest
-from harness import CONFIG
+from helpers.harness import CONFIG
 
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import at_cart_start, configure

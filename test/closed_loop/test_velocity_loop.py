@@ -1,7 +1,7 @@
 """Theorem 1: the velocity loop tracks its commands with zero steady-state error, one channel at a time."""
 
-import chapter
 import pytest
+from helpers import chapter
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState

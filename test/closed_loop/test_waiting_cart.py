@@ -5,9 +5,9 @@ import math
 import types
 
 import pytest
-from drawn import drawn
-from harness import CONFIG
-from stand_in_model import Base, drive
+from helpers.drawn import drawn
+from helpers.harness import CONFIG
+from helpers.stand_in_model import Base, drive
 
 from mobile_robot_control.control.compensation import carried_forward
 from mobile_robot_control.control.tracking_error import tracking_error

@@ -2,7 +2,7 @@
 
 import json
 
-from harness import numbers_in, run_command
+from helpers.harness import numbers_in, run_command
 from mcap_ros2.reader import read_ros2_messages
 
 LAW = '''

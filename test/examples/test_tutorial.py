@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from notebooks import disagreements
+from helpers.notebooks import disagreements
 
 FOLDER = Path(__file__).parents[2] / 'examples' / 'tutorial'
 NOTEBOOK = FOLDER / 'trajectory_tracking.ipynb'

@@ -4,7 +4,7 @@ import socket
 
 import pytest
 import rclpy
-from domains import DOMAINS, own_domain
+from helpers.domains import DOMAINS, own_domain
 
 
 def test_without_the_fixture_domain_no_node_starts():

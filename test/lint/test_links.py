@@ -5,7 +5,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from notebooks import text_of
+from helpers.notebooks import text_of
 from package_drawing import PICTURE, drawing
 
 ROOT = Path(__file__).parents[2]

@@ -2,12 +2,12 @@
 
 import math
 
-import chapter
 import numpy as np
 import pytest
+from helpers import chapter
+from helpers.observation import observed
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from observation import observed
 from scipy.linalg import expm
 
 from mobile_robot_control.control import backstepping, bumpless_transfer, fuzzy, hybrid_backstepping, velocity_pi

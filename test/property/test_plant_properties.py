@@ -2,9 +2,9 @@
 
 import math
 
-import chapter
 import numpy as np
 import pytest
+from helpers import chapter
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -4,7 +4,7 @@ import itertools
 import math
 
 import pytest
-from driving import DT, PERIOD, RATIO, ROBOT, Step, begin, drive, go_on
+from helpers.driving import DT, PERIOD, RATIO, ROBOT, Step, begin, drive, go_on
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

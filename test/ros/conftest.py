@@ -1,7 +1,7 @@
 """Robots for the tests over DDS."""
 
 import pytest
-from harness import Robots
+from helpers.harness import Robots
 
 from mobile_robot_control.experiment.node_processes import PROFILES_VARIABLES
 

@@ -7,7 +7,7 @@ from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
-from harness import CONFIG, Robots
+from helpers.harness import CONFIG, Robots
 from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 

@@ -5,7 +5,7 @@ import contextlib
 import pytest
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import WrenchStamped
-from harness import CONFIG, Robots
+from helpers.harness import CONFIG, Robots
 from rclpy.node import Node
 
 from mobile_robot_control.quantities import Push

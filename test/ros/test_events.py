@@ -7,7 +7,7 @@ import time
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
-from harness import CONFIG, PERIOD
+from helpers.harness import CONFIG, PERIOD
 from nav_msgs.msg import Path
 
 from mobile_robot_control.messages.parsing import stamp_nanoseconds

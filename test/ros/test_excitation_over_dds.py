@@ -15,8 +15,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-import stand_in_base
 from geometry_msgs.msg import Twist
+from helpers import stand_in_base
 from nav_msgs.msg import Odometry
 
 from mobile_robot_control.identification import command as identify

@@ -7,9 +7,9 @@ import signal
 import time
 
 import pytest
-from harness import CONFIG, numbers_in, run_command, start_experiment
+from helpers.harness import CONFIG, numbers_in, run_command, start_experiment
+from helpers.processes import processes_of, threads_of
 from mcap_ros2.reader import read_ros2_messages
-from processes import processes_of, threads_of
 
 from mobile_robot_control.runs import bag
 from mobile_robot_control.runs import simulation as simulate

@@ -10,8 +10,8 @@ import sys
 import time
 
 import pytest
-from harness import CONFIG, run_command, start_experiment
-from processes import processes_of, wait_until
+from helpers.harness import CONFIG, run_command, start_experiment
+from helpers.processes import processes_of, wait_until
 
 from mobile_robot_control.runs import bag
 

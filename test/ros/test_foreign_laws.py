@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from harness import CONFIG, run_command
+from helpers.harness import CONFIG, run_command
+from helpers.watching import Timeline
 from rcl_interfaces.srv import DescribeParameters
-from watching import Timeline
 
 from mobile_robot_control.parameters.plugins import load_plugins
 from mobile_robot_control.runs import bag

@@ -11,11 +11,11 @@ from collections import defaultdict
 from pathlib import Path
 from types import SimpleNamespace
 
-import foreign_position_controller
 import pytest
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TwistStamped
-from harness import CONFIG
+from helpers import foreign_position_controller
+from helpers.harness import CONFIG
 from nav_msgs.msg import Odometry
 
 from mobile_robot_control.messages import parsing

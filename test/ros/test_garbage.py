@@ -4,10 +4,10 @@ import contextlib
 import subprocess
 import sys
 
-import garbage
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from harness import CONFIG, Robots
+from helpers import garbage
+from helpers.harness import CONFIG, Robots
 
 REASONS = {
     'plant': ['effort not finite', 'effort too large', 'a wheel is not named', 'differ in number', 'stamp'],

@@ -9,14 +9,14 @@ import subprocess
 import sys
 from pathlib import Path
 
-import late_base
 import numpy as np
 import pytest
 from geometry_msgs.msg import TwistStamped
-from harness import CONFIG
+from helpers import late_base
+from helpers.harness import CONFIG
+from helpers.promising import TUNED, fed, plant_like, promised
+from helpers.stand_in_model import Base
 from nav_msgs.msg import Odometry
-from promising import TUNED, fed, plant_like, promised
-from stand_in_model import Base
 
 from mobile_robot_control.settings.nodes import course_of
 
@@ -46,8 +46,9 @@ class Driven:
                                    ('cmd_vel', TwistStamped, self.commands)):
             robot.recorder.create_subscription(kind, topic, found.append, 100)
         self.start = course_of(self.parameters.reference_cart).reference(0.0).pose
-        self.base = subprocess.Popen([sys.executable, Path(late_base.__file__), '--lag', str(LAG), '--factor',
-                                      str(factor), '--pose', *map(str, self.start)])
+        options = ['--lag', str(LAG), '--factor', str(factor), '--pose', *map(str, self.start)]
+        self.base = subprocess.Popen([sys.executable, '-m', late_base.__name__, *options],
+                                     cwd=Path(__file__).parents[1])
         robot.start('position_controller', 'reference_cart', arguments=[
             '--params-file', CONFIG / 'wall_clock.yaml', '-p', 'odometry_stamped:=sampled', '-p',
             'feedforward.enabled:=false', '-p', f'use_sim_time:={str(factor > 0.0).lower()}',

@@ -4,7 +4,7 @@ import itertools
 import math
 
 import pytest
-from harness import CONFIG
+from helpers.harness import CONFIG
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.laws import LAWS

@@ -7,7 +7,7 @@ import time
 import pytest
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TwistStamped
-from harness import CONFIG
+from helpers.harness import CONFIG
 from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState

@@ -4,7 +4,7 @@ import contextlib
 import math
 
 import pytest
-from harness import CONFIG, PERIOD, Robots
+from helpers.harness import CONFIG, PERIOD, Robots
 from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameters
 

@@ -4,9 +4,9 @@ import types
 
 import rclpy
 import yaml
+from helpers.parameter_calls import DECLARED
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from parameter_calls import DECLARED
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.parameters.declaration import ParameterError, build, flatten

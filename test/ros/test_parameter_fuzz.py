@@ -4,10 +4,10 @@ import itertools
 
 import pytest
 import yaml
-from harness import CONFIG
+from helpers.harness import CONFIG
+from helpers.parameter_calls import DECLARED, Call, calls, of, plain, wild
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
-from parameter_calls import DECLARED, Call, calls, of, plain, wild
 from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomically
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient

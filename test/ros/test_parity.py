@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from harness import CONFIG, driven, experiment
+from helpers.harness import CONFIG, driven, experiment
 from mcap_ros2.reader import read_ros2_messages
 
 from mobile_robot_control.control.laws import LAWS

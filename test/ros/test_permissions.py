@@ -12,9 +12,9 @@ import time
 
 import pytest
 from geometry_msgs.msg import WrenchStamped
-from harness import CONFIG, Robots
+from helpers.harness import CONFIG, Robots
+from helpers.policy_reading import allowed
 from nav_msgs.msg import Path
-from policy_reading import allowed
 from rclpy.node import Node, NodeNameNonExistentError
 from std_msgs.msg import String
 

@@ -6,7 +6,7 @@ import sys
 import types
 
 import pytest
-from harness import CONFIG, run_command
+from helpers.harness import CONFIG, run_command
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.ros import spin

@@ -1,23 +1,19 @@
 """Nodes follow a planner that sends a plan from the robot's place once a second, with a base of another kind."""
 
 import math
-import sys
-from pathlib import Path as File
 
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
-from harness import CONFIG
+from helpers.harness import CONFIG
+from helpers.planner import ALPHA, OMEGA, ROUTE, STARTS, A, V, across, plan_from
+from helpers.stand_in_model import STEP, Base, StandIn
 from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
-from stand_in_model import STEP, Base, StandIn
 
 from mobile_robot_control.messages.writing import path_message
 from mobile_robot_control.quantities import Pose
-
-sys.path.insert(0, str(File(__file__).parents[1] / 'closed_loop'))
-from test_replanning import ALPHA, OMEGA, ROUTE, STARTS, A, V, across, plan_from
 
 LIMITS = [word for name, value in (
     ('linear_velocity', V), ('linear_acceleration', A), ('angular_velocity', OMEGA), ('angular_acceleration', ALPHA))

@@ -11,10 +11,10 @@ import sys
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
-from harness import Robots, experiment, run_command
+from helpers.harness import Robots, experiment, run_command
+from helpers.processes import processes_of
 from mcap.reader import make_reader
 from nav_msgs.msg import Path
-from processes import processes_of
 
 from mobile_robot_control.messages.parsing import serialised_stamp
 from mobile_robot_control.messages.writing import path_message

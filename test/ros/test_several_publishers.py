@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 import rclpy
-import stand_in_base
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist, TwistStamped
-from harness import CONFIG, Robots
+from helpers import stand_in_base
+from helpers.harness import CONFIG, Robots
+from helpers.watching import Timeline
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from watching import Timeline
 
 from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
 from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED

@@ -8,7 +8,7 @@ from statistics import linear_regression
 
 import pytest
 import rclpy
-from harness import CONFIG, Robots, driven
+from helpers.harness import CONFIG, Robots, driven
 from nav_msgs.msg import Odometry
 
 from mobile_robot_control.control.laws import LAWS

@@ -9,8 +9,8 @@ import time
 from typing import NamedTuple
 
 import pytest
-from harness import CONFIG
-from processes import catches_sigterm, processes_of, threads_of, wait_until
+from helpers.harness import CONFIG
+from helpers.processes import catches_sigterm, processes_of, threads_of, wait_until
 
 from mobile_robot_control.runs import bag
 from mobile_robot_control.settings.nodes import NODES

@@ -6,7 +6,7 @@ import math
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
-from harness import CONFIG
+from helpers.harness import CONFIG
 from nav_msgs.msg import Odometry
 
 from mobile_robot_control.messages.parsing import stamp_nanoseconds

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 import rclpy
-import stand_in_base
 from geometry_msgs.msg import AccelStamped, Twist, TwistStamped
-from harness import CONFIG, Robots
+from helpers import stand_in_base
+from helpers.harness import CONFIG, Robots
+from helpers.watching import Timeline, first_below, settled_below
 from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
-from watching import Timeline, first_below, settled_below
 
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.ros.qos import PUBLISHED

@@ -3,8 +3,8 @@
 import pytest
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from domains import own_domain
-from live_page import PLUGINS, LivePage, OpenPage
+from helpers.domains import own_domain
+from helpers.live_page import PLUGINS, LivePage, OpenPage
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import rclpy
 import websockets
-from live_page import LivePage, megabytes
-from processes import wait_until
+from helpers.live_page import LivePage, megabytes
+from helpers.processes import wait_until
 
 from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
 from mobile_robot_control.topics import LOOPS

@@ -6,8 +6,8 @@ import statistics
 import time
 
 import pytest
-from lesson_solutions import SIZES, SOLUTIONS, begin
-from live_page import LivePage, OpenPage, megabytes
+from helpers.lesson_solutions import SIZES, SOLUTIONS, begin
+from helpers.live_page import LivePage, OpenPage, megabytes
 
 from mobile_robot_control.dashboard.lesson_files import read_lessons
 

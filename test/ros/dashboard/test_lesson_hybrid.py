@@ -1,6 +1,6 @@
 """The lesson of the hybrid law."""
 
-from lesson_solutions import SOLUTIONS, begin
+from helpers.lesson_solutions import SOLUTIONS, begin
 
 
 def test_the_lesson_is_passed_by_keyboard_on_a_desktop(page):

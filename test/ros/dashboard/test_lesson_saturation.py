@@ -1,6 +1,6 @@
 """The lesson of windup, which starts a plant of its own, and takes back what it changed."""
 
-from lesson_solutions import SOLUTIONS, begin
+from helpers.lesson_solutions import SOLUTIONS, begin
 
 _CHANGED = {'/plant': ('max_wheel_torque', 'initial_pose', 'real_time_factor', 'paused'),
             '/velocity_controller': ('max_wheel_torque',)}

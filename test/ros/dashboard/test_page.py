@@ -7,8 +7,8 @@ import signal
 from pathlib import Path
 
 import pytest
-from live_page import PLUGINS, Lesson, OpenPage
-from processes import wait_until
+from helpers.live_page import PLUGINS, Lesson, OpenPage
+from helpers.processes import wait_until
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.select import Select

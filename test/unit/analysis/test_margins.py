@@ -5,7 +5,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from harness import CONFIG
+from helpers.harness import CONFIG
 
 from mobile_robot_control import BodyVelocity, Pose
 from mobile_robot_control.analysis.linearisation import (

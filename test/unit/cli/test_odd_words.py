@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from harness import CONFIG
+from helpers.harness import CONFIG
 
 from mobile_robot_control.experiment import command as experiment
 from mobile_robot_control.runs import simulation as simulate

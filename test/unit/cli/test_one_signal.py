@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from processes import processes_of, wait_until
+from helpers.processes import processes_of, wait_until
 
 LAW = """
 import sys

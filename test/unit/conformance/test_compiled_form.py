@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from random import Random
 
-import broken_laws
 import pytest
+from helpers import broken_laws
 
 from mobile_robot_control import BodyVelocity, Law
 from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutError, holding

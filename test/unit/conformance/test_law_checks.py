@@ -5,7 +5,7 @@ from functools import partial
 from typing import Annotated, NamedTuple
 
 import pytest
-from broken_laws import BROKEN, MIXED, PAIR, SOLVING, SOUND, Count
+from helpers.broken_laws import BROKEN, MIXED, PAIR, SOLVING, SOUND, Count
 
 from mobile_robot_control import Field
 from mobile_robot_control.conformance.checks import ConformanceError, LeftOutError, file_option, holding, run_checks

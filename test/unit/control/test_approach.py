@@ -38,7 +38,7 @@ def test_the_command_is_the_one_by_hand(arrived, error, after, command):
     assert found == pytest.approx(command, abs=1e-12)
 
 
-@pytest.mark.parametrize('start', itertools.product((-1.5, 1.5), (-1.5, 0.01, 1.5), (-1.5, math.pi)))
+@pytest.mark.parametrize('start', [*itertools.product((-1.5, 1.5), (-1.5, 0.01, 1.5), (-1.5, math.pi))])
 def test_the_robot_comes_to_rest_where_the_cart_goes_on(start):
     cart, pose, state = Pose(0.0, 0.0, 0.7), Pose(*start), Approach()
     for _ in range(1000):

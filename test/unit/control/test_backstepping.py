@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from observation import ask
+from helpers.observation import ask
 
 from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.backstepping import BacksteppingGains, lyapunov, lyapunov_rate

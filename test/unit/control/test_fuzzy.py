@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from observation import ask
+from helpers.observation import ask
 
 from mobile_robot_control.control import fuzzy
 from mobile_robot_control.control.fuzzy import FuzzyGains, memberships, surface

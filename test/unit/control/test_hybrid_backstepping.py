@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from observation import ask
+from helpers.observation import ask
 from scipy.linalg import expm
 
 from mobile_robot_control.control import backstepping, hybrid_backstepping

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from observation import observed
+from helpers.observation import observed
 
 import mobile_robot_control
 from mobile_robot_control.control import fuzzy, hybrid_backstepping

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from observation import ask, observed
+from helpers.observation import ask, observed
 
 from mobile_robot_control.control import dynamic_feedback_linearization, sliding_mode
 from mobile_robot_control.control.compensation import carried_forward

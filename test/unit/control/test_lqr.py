@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from observation import ask
+from helpers.observation import ask
 from scipy.linalg import expm, solve_discrete_are
 
 from mobile_robot_control.control import lqr

@@ -4,7 +4,7 @@ import math
 from random import Random
 
 import pytest
-from observation import ask
+from helpers.observation import ask
 
 from mobile_robot_control.control import kanayama, periodic, ramsete
 from mobile_robot_control.control.kanayama import KanayamaGains

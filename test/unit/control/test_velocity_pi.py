@@ -3,8 +3,8 @@
 import math
 import re
 
-import chapter
 import pytest
+from helpers import chapter
 from scipy.integrate import solve_ivp
 
 from mobile_robot_control.control import velocity_pi

@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from processes import wait_until
+from helpers.processes import wait_until
 
 from mobile_robot_control.dashboard import recordings as module
 from mobile_robot_control.dashboard.recordings import BusyError, Recordings, save_parameters

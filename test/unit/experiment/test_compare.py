@@ -4,8 +4,8 @@ import json
 from types import SimpleNamespace
 
 import pytest
-from bag_making import record
-from harness import CONFIG
+from helpers.bag_making import record
+from helpers.harness import CONFIG
 
 from mobile_robot_control.experiment import command as experiment
 from mobile_robot_control.experiment import runner

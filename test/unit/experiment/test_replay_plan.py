@@ -3,8 +3,8 @@
 import math
 
 import pytest
-from bag_making import WALL, event, write
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from helpers.bag_making import WALL, event, write
 from rclpy.serialization import serialize_message
 
 from mobile_robot_control.experiment import command as experiment

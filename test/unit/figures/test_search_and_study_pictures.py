@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from measuring import configuration
+from helpers.measuring import configuration
 from PIL import Image
 
 from mobile_robot_control.figures.drawing import draw, draw_and_save

@@ -9,8 +9,8 @@ import warnings
 import numpy as np
 import pytest
 import yaml
-from bag_making import CMD_VEL, KINDS
-from drawn_robots import commands, record
+from helpers.bag_making import CMD_VEL, KINDS
+from helpers.drawn_robots import commands, record
 
 from mobile_robot_control.identification.command import main
 from mobile_robot_control.messages.bag_files import BagFiles

@@ -3,10 +3,10 @@
 import itertools
 import math
 
-import chapter
 import pytest
-from measuring import configuration
-from observation import observed
+from helpers import chapter
+from helpers.measuring import configuration
+from helpers.observation import observed
 
 from mobile_robot_control.control import backstepping, velocity_pi
 from mobile_robot_control.control.laws import LAWS

@@ -2,9 +2,9 @@
 
 import math
 
-import chapter
 import numpy as np
 import pytest
+from helpers import chapter
 from scipy.linalg import expm
 
 from mobile_robot_control.model import dynamics

@@ -5,7 +5,7 @@ import math
 import statistics
 
 import pytest
-from driving import DT, PERIOD, QUIET, ROBOT, TRUE_ANGLES, TRUE_ODOMETRY, drive, shown_steps
+from helpers.driving import DT, PERIOD, QUIET, ROBOT, TRUE_ANGLES, TRUE_ODOMETRY, drive, shown_steps
 
 from mobile_robot_control.model.dynamics import PlantState, at_rest
 from mobile_robot_control.model.events import events_at, events_until, is_event

@@ -1,7 +1,7 @@
 """The sentence that opens a report is right whatever became of a run, and whatever is not known of it."""
 
 import pytest
-from measuring import configuration
+from helpers.measuring import configuration
 
 from mobile_robot_control.loop.indices import MEASURED, TRUE
 from mobile_robot_control.pages.page_parts import key_numbers, sentence

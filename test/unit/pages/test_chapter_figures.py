@@ -8,7 +8,7 @@ import pytest
 from chapter_figures import chromosomes, index
 from chapter_figures.runs import HYBRID_LEMNISCATE, Runs
 from chapter_figures.structure_figures import STRUCTURE_FIGURES, rules
-from harness import CONFIG
+from helpers.harness import CONFIG
 
 from mobile_robot_control.control.hybrid_backstepping import HybridState
 from mobile_robot_control.quantities import BodyVelocity

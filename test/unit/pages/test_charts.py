@@ -4,8 +4,8 @@ import csv
 from xml.etree import ElementTree
 
 import pytest
-from measuring import configuration
-from processes import wait_until
+from helpers.measuring import configuration
+from helpers.processes import wait_until
 from selenium.webdriver import ActionChains, Keys
 
 from mobile_robot_control.report import report_writing

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from measuring import configuration
+from helpers.measuring import configuration
 
 from mobile_robot_control.figures.figure import Line
 from mobile_robot_control.figures.palette import LINES

@@ -7,10 +7,10 @@ import re
 
 import moving_picture
 import pytest
-from harness import CONFIG
+from helpers.harness import CONFIG
+from helpers.measuring import configuration
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from measuring import configuration
 from PIL import Image
 from selenium.webdriver import ActionChains, Keys
 

@@ -14,7 +14,7 @@ import robot_results
 from benchmark_results import STORE, SUMMARY, TABLE, seeds_lines, table_lines
 from chapter_figures import claims
 from chapter_figures.runs import LAP, Runs, StepTick
-from harness import CONFIG
+from helpers.harness import CONFIG
 
 from mobile_robot_control.loop.closed_loop import PositionTick, Sample
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, TrackingError, WheelTorque, WheelVelocity

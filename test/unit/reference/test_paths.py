@@ -5,10 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from helpers.toppra_oracle import Oracle
 from hypothesis import HealthCheck, assume, given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
-from toppra_oracle import Oracle
 
 from mobile_robot_control.control.compensation import inverse_dynamics
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from bag_making import record
+from helpers.bag_making import record
 from rclpy.serialization import serialize_message
 
 from mobile_robot_control import plan

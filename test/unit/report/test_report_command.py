@@ -6,9 +6,9 @@ import re
 import shutil
 
 import pytest
-from bag_making import record
-from harness import CONFIG, numbers_in
-from measuring import configuration
+from helpers.bag_making import record
+from helpers.harness import CONFIG, numbers_in
+from helpers.measuring import configuration
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 

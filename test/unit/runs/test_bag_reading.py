@@ -3,9 +3,9 @@
 import random
 
 import pytest
-from bag_making import ODOM, WALL, event, messages_of, record, write, write_mcap
+from helpers.bag_making import ODOM, WALL, event, messages_of, record, write, write_mcap
+from helpers.measuring import configuration
 from mcap.writer import CompressionType
-from measuring import configuration
 from rclpy.serialization import serialize_message
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from bag_making import WALL, messages_of, record, write
-from measuring import configuration
+from helpers.bag_making import WALL, messages_of, record, write
+from helpers.measuring import configuration
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore

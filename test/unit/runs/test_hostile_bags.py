@@ -7,10 +7,10 @@ import subprocess
 import sys
 
 import pytest
-from bag_making import WALL, messages_of, write_mcap
+from helpers.bag_making import WALL, messages_of, write_mcap
+from helpers.measuring import configuration
 from lz4 import frame
 from mcap.writer import CompressionType, Writer
-from measuring import configuration
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_typestore
@@ -64,7 +64,7 @@ def _plain(path, samples, compression=CompressionType.NONE):
     return path.read_bytes()
 
 
-@pytest.mark.parametrize(('compression', 'declared'), itertools.product((b'zstd', b'lz4'), (GIGABYTES, 1000)))
+@pytest.mark.parametrize(('compression', 'declared'), [*itertools.product((b'zstd', b'lz4'), (GIGABYTES, 1000))])
 def test_a_chunk_that_unpacks_to_more_than_it_declares_or_may_is_left_out(tmp_path, samples, compression, declared):
     content = _plain(tmp_path / 'bag.mcap', samples)
     bomb = _chunk(compression, declared, _zeros(compression, LARGEST))

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from measuring import configuration
+from helpers.measuring import configuration
 
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.closed_loop import PositionTick, Sample

@@ -4,10 +4,10 @@ import itertools
 import random
 
 import pytest
-from bag_making import CMD_VEL, KINDS, ODOM, REFERENCE, WALL, messages_of, record
-from harness import numbers_in
-from measuring import configuration, measured
-from processes import usage_of
+from helpers.bag_making import CMD_VEL, KINDS, ODOM, REFERENCE, WALL, messages_of, record
+from helpers.harness import numbers_in
+from helpers.measuring import configuration, measured
+from helpers.processes import usage_of
 
 from mobile_robot_control.figures.drawing import draw
 from mobile_robot_control.messages import writing

@@ -7,8 +7,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
-from bag_making import record
-from harness import numbers_in
+from helpers.bag_making import record
+from helpers.harness import numbers_in
 
 import mobile_robot_control as mrc
 from mobile_robot_control.control.tracking_error import tracking_error

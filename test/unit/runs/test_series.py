@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from measuring import configuration, measured
+from helpers.measuring import configuration, measured
 from PIL import Image
 
 from mobile_robot_control.figures.drawing import draw

@@ -5,8 +5,8 @@ import random
 
 import numpy as np
 import pytest
-from bag_making import WALL
-from measuring import configuration
+from helpers.bag_making import WALL
+from helpers.measuring import configuration
 
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS, RefusedMessageError
 from mobile_robot_control.messages.types import Header, JointState

@@ -4,9 +4,9 @@ import io
 import math
 
 import pytest
-from bag_making import record
-from harness import numbers_in
-from measuring import configuration, measured
+from helpers.bag_making import record
+from helpers.harness import numbers_in
+from helpers.measuring import configuration, measured
 
 from mobile_robot_control.figures.drawing import draw
 from mobile_robot_control.loop.metric_table import INDICES

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from harness import CONFIG
+from helpers.harness import CONFIG
 
 import mobile_robot_control as mrc
 from mobile_robot_control.report.report_writing import write_report

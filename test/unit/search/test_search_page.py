@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from measuring import configuration
+from helpers.measuring import configuration
 
 from mobile_robot_control.analysis.promises import promise
 from mobile_robot_control.loop.scenarios import configured_scenario

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from harness import numbers_in
+from helpers.harness import numbers_in
 
 import mobile_robot_control as mrc
 from mobile_robot_control.control.laws import LAWS

@@ -9,7 +9,7 @@ import sys
 import time
 
 import pytest
-from processes import wait_until
+from helpers.processes import wait_until
 
 from mobile_robot_control.cli import request_of
 from mobile_robot_control.figures import drawing

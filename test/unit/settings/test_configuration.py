@@ -1,7 +1,7 @@
 """The parameters of the four nodes as a whole."""
 
-import chapter
 import pytest
+from helpers import chapter
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.settings.configure import configure

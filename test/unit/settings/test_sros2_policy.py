@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from policy_reading import allowed, faults
+from helpers.policy_reading import allowed, faults
 
 from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.settings.sros2_policy import policy, write_policy

@@ -7,7 +7,7 @@ import os
 import signal
 
 import pytest
-from harness import numbers_in
+from helpers.harness import numbers_in
 
 from mobile_robot_control.figures import drawing
 from mobile_robot_control.figures.drawing import draw_and_save

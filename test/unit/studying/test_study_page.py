@@ -4,8 +4,8 @@ import json
 import math
 
 import pytest
-from measuring import configuration
-from processes import wait_until
+from helpers.measuring import configuration
+from helpers.processes import wait_until
 
 from mobile_robot_control.analysis.promises import promise
 from mobile_robot_control.control.laws import LAWS

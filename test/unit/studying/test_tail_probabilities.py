@@ -29,7 +29,7 @@ def test_its_quantile_is_that_of_scipy(a, b, probability):
     assert tails.beta_quantile(a, b, probability) == pytest.approx(special.betaincinv(a, b, probability), rel=1e-6)
 
 
-@pytest.mark.parametrize('case', itertools.product([1, 2, 19, 299, 10**6], [0.95, 1.0 - 0.05 / 36]))
+@pytest.mark.parametrize('case', [*itertools.product([1, 2, 19, 299, 10**6], [0.95, 1.0 - 0.05 / 36])])
 def test_the_quantile_of_student_is_that_of_scipy(case):
     freedom, confidence = case
     assert tails.student_quantile(confidence, freedom) == pytest.approx(

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 import rclpy
-from processes import wait_until
+from helpers.processes import wait_until
 
 from mobile_robot_control.experiment import command as experiment
 

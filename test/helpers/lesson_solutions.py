@@ -2,8 +2,9 @@
 
 import re
 
-from live_page import Lesson
 from selenium.webdriver.common.keys import Keys
+
+from helpers.live_page import Lesson
 
 SIZES = {'desktop': (1280, 800), 'phone': (390, 844)}
 

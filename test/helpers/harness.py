@@ -18,8 +18,8 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from std_srvs.srv import Trigger
-from warm_nodes import WarmNode
 
+from helpers.warm_nodes import WarmNode
 from mobile_robot_control.experiment.node_processes import PROFILES_VARIABLES, stop_processes
 from mobile_robot_control.experiment.recorder import Recorder
 from mobile_robot_control.messages.parsing import serialised_stamp
@@ -28,7 +28,7 @@ from mobile_robot_control.runs import bag
 from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
-CONFIG = Path(__file__).parents[1] / 'config'
+CONFIG = Path(__file__).parents[2] / 'config'
 TURN = 0.005
 """[s] in which messages are taken in before a condition is looked at again."""
 PERIOD = 2_000_000

@@ -2,9 +2,8 @@
 
 import math
 
-from harness import CONFIG
-from stand_in_model import Base, drive
-
+from helpers.harness import CONFIG
+from helpers.stand_in_model import Base, drive
 from mobile_robot_control.analysis.promises import promise, warnings_of
 from mobile_robot_control.control.compensation import carried_forward
 from mobile_robot_control.control.laws import select

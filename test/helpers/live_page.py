@@ -7,12 +7,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-from processes import wait_until
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.select import Select
 
-PLUGINS = Path(__file__).parent / 'plugins'
+from helpers.processes import wait_until
+
+PLUGINS = Path(__file__).parents[1] / 'plugins'
 
 
 def megabytes(pid):

@@ -16,7 +16,8 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
-from stand_in_model import STEP, Base, StandIn
+
+from helpers.stand_in_model import STEP, Base, StandIn
 
 LONGEST = 0.1
 """[s] of simulated time from one message on /clock to the next: on a busy machine it would grow and grow."""
