@@ -215,6 +215,9 @@ def make_main(
         except KeyboardInterrupt:
             print(f'{name}: interrupted', file=sys.stderr)
             return 1
+        finally:
+            # of a terminal that was closed meanwhile
+            discard_output()
 
     return main
 

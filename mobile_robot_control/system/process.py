@@ -40,13 +40,14 @@ def flush_output() -> None:
 
 
 def discard_output() -> None:
-    """Drop text that can no longer be printed, so that Python does not try again when it ends."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        number = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(number, sys.stdout.fileno())
-        os.close(number)
+    """Drop text that can no longer be printed, so that Python does not try again when it ends, and exits with 120."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            number = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(number, stream.fileno())
+            os.close(number)
 
 
 LATE = 3.0
