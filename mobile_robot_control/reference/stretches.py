@@ -97,34 +97,21 @@ def route_of(request: PathRequest) -> Route:
         If it turns back or on the spot where `path.turn_back` refuses that, or lacks the heading of `goal_heading`.
 
     """
-    waypoints, path = request.waypoints, request.path
+    path, goal = request.path, _goal(request) if request.path.goal_heading else None
     if path.turn_back == REFUSE:
-        _refuse_turns(waypoints, path.goal_heading)
-        goal = _goal(request) if path.goal_heading else None
+        _refuse_turns(request.waypoints, path.goal_heading)
         return Route([_stretch(request)], goal)
     if path.closed:
-        opened = _opened(request, 1)
-        if not _splits(opened):
-            return Route([_stretch(request)], _goal(request) if path.goal_heading else None)
+        if not _splits(_opened(request, 1)):
+            return Route([_stretch(request)], goal)
         request = _opened(request, path.laps)
-        waypoints, path = request.waypoints, request.path
-    headings, stretches = waypoints.headings, []
-    ignored: list[str] = []
-    if path.turn_back == REVERSE and len({*headings}) == 1:
-        headings = ()
-        ignored.append(f'all headings are {waypoints.headings[0]:.3g} rad, and are not used; a column direction with 1 '
-                       'and -1 says where to reverse')
+    waypoints, stretches, ignored = request.waypoints, [], list[str]()
     for first, last in pairwise([0, *_splits(request), len(waypoints.points) - 1]):
         stretch = _stretch(request._replace(
             waypoints=waypoints.part(first, last), path=path._replace(closed=False, laps=1)))
-        backward = False
-        if path.turn_back == REVERSE:
-            told = waypoints.directions[first] if waypoints.directions else 0
-            backward = told < 0 if told else _is_backward(
-                waypoints._replace(headings=headings), stretch, (first, last), path.goal_heading, ignored)
         stretches.append(stretch._replace(
-            backward=backward, turn=waypoints.turns[first] if waypoints.turns else 0.0))
-    goal = _goal(request) if path.goal_heading else None
+            backward=path.turn_back == REVERSE and _is_backward(request, stretch, (first, last), ignored),
+            turn=waypoints.turns[first] if waypoints.turns else 0.0))
     if goal is None and waypoints.turns and waypoints.turns[-1]:
         arrival = waypoints.headings[-1]
         if arrival is not None and abs(wrap_angle(arrival - stretches[-1].headings[1])) <= _ALONG:
@@ -210,17 +197,34 @@ def polyline(spans: Sequence[Span], parts: int = PARTS) -> list[Point]:
     return [span.at(part / parts)[:2] for span in spans for part in range(parts)] + [spans[-1].at(1.0)[:2]]
 
 
-def _is_backward(
-    waypoints: Waypoints, stretch: Stretch, ends: tuple[int, int], goal_heading: bool, ignored: list[str]
-) -> bool:
-    """Return whether every heading of a stretch between two waypoints is opposite to the path's."""
-    first, last = ends
+def _is_backward(request: PathRequest, stretch: Stretch, ends: tuple[int, int], ignored: list[str]) -> bool:
+    """Return whether the robot drives a stretch between two waypoints backwards; add headings that are not used."""
+    waypoints, (first, last) = request.waypoints, ends
+    if waypoints.directions and waypoints.directions[first]:
+        return waypoints.directions[first] < 0
+    apart = _apart(request, stretch, ends)
+    if not apart or max(apart) <= _ALONG:
+        return False
+    words = (f'the headings from {waypoints.places[first]} to {waypoints.places[last]} contradict the path, and are '
+             'not used')
+    if len({*waypoints.headings}) == 1:
+        words = (f'all headings are {waypoints.headings[0]:.3g} rad, and are not used; a column direction with 1 and '
+                 '-1 says where to reverse')
+    elif min(apart) >= math.pi - _ALONG:
+        return True
+    ignored += [words] if words not in ignored else []
+    return False
+
+
+def _apart(request: PathRequest, stretch: Stretch, ends: tuple[int, int]) -> list[float]:
+    """Return the differences of the headings of a stretch from that of the path [rad]; none if one is unknown."""
+    waypoints, (first, last) = request.waypoints, ends
     headings = [heading for heading in waypoints.headings[first:last + 1] if heading is not None]
     if len(headings) <= last - first:
-        return False
+        return []
     if waypoints.turns:
         headings[0] += waypoints.turns[first]
-    if goal_heading and last == len(waypoints.points) - 1:
+    if request.path.goal_heading and last == len(waypoints.points) - 1:
         del headings[-1]
     way = polyline(stretch.spans)
     follower, before, apart = Follower(way, 0.0), way[0], []
@@ -229,7 +233,4 @@ def _is_backward(
         (x, y), (ahead, left) = way[follower.place:follower.place + 2]
         apart.append(abs(wrap_angle(heading - math.atan2(left - y, ahead - x))))
         before = point
-    if min(apart) < math.pi - _ALONG and max(apart) > _ALONG:
-        ignored.append(f'the headings from {waypoints.places[first]} to {waypoints.places[last]} contradict the path, '
-                       'and are not used')
-    return min(apart) >= math.pi - _ALONG
+    return apart

@@ -78,6 +78,7 @@ def test_what_is_not_asked_for_or_not_told_is_refused(rows, options, words):
 def test_headings_that_are_not_used_are_told_by_name():
     [equal] = plan(request([(*row[:2], 0.0) for row in BACK])).ignored
     assert equal.startswith('all headings are 0 rad, and are not used')
+    assert plan(request([(float(n), 0.0, 0.0) for n in range(3)])).ignored == ()
     [contradictory] = plan(request([*BACK[:2], (0.0, 0.0, 1.0)])).ignored
     assert contradictory.startswith('the headings from p.csv:2 to p.csv:3 contradict the path')
 
