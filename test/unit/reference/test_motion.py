@@ -93,19 +93,23 @@ def test_turns_need_limits_of_their_own():
 LEGS = st.lists(st.tuples(st.floats(0.3, 1.5), st.floats(-3.0, 3.0), st.sampled_from([1, -1])), min_size=2, max_size=4)
 
 
-@given(LEGS, st.sampled_from([0.0, 0.3]), st.sampled_from([0.0, 20.0]), st.sampled_from([0.5, 1.0]))
-@hypothesis_settings(max_examples=12)
-def test_drawn_stretches_and_turns_keep_the_limits_and_go_on_from_each_other(legs, torque, wheel, factor):
-    x = y = heading = 0.0
-    rows = [(x, y, '', legs[0][2])]
+def drawn_rows(legs, x=0.0, y=0.0):
+    """Return corners with the directions of legs of a length [m], a turn [rad] and a direction, or give them up."""
+    heading, rows = 0.0, [(x, y, '', legs[0][2])]
     for n, (length, turn, _) in enumerate(legs):
         heading += turn
         x, y = x + length * math.cos(heading), y + length * math.sin(heading)
         rows.append((x, y, '', legs[min(n + 1, len(legs) - 1)][2]))
-    timing = TIMING._replace(max_wheel_torque=torque, max_wheel_velocity=wheel, speed_factor=factor)
-    asked = request(rows, timing=timing)
     assume(all(math.dist(one[:2], other[:2]) > 0.21 for one, other in pairwise(rows)))
-    motion = plan(asked)
+    return rows
+
+
+@given(LEGS, st.sampled_from([0.0, 0.3]), st.sampled_from([0.0, 20.0]), st.sampled_from([0.5, 1.0]))
+@hypothesis_settings(max_examples=12)
+def test_drawn_stretches_and_turns_keep_the_limits_and_go_on_from_each_other(legs, torque, wheel, factor):
+    timing = TIMING._replace(max_wheel_torque=torque, max_wheel_velocity=wheel, speed_factor=factor)
+    rows = drawn_rows(legs)
+    motion = plan(request(rows, timing=timing))
     # between two parts it does not stand still, as a cart that waits does
     assert all(any(motion.reference(begin).velocity) for begin in motion.begins[1:])
     assert motion.reference(motion.period).pose[:2] == pytest.approx(rows[-1][:2])
@@ -124,6 +128,23 @@ def test_drawn_stretches_and_turns_keep_the_limits_and_go_on_from_each_other(leg
         middle = before.pose.heading + 0.5 * turned
         way = (after.pose.x - before.pose.x) * math.cos(middle) + (after.pose.y - before.pose.y) * math.sin(middle)
         assert abs(way - 0.5 * step * (before.velocity.linear + after.velocity.linear)) <= 0.11 * step**2 + 1e-9
+
+
+@given(LEGS, LEGS, st.floats(0.0, 1.0))
+@hypothesis_settings(max_examples=12)
+def test_a_drawn_path_in_the_midst_of_another_one_goes_on_from_its_motion_or_is_refused(legs, others, share):
+    present = plan(request(drawn_rows(legs)))
+    time = share * present.period
+    before, rest = present.accelerated(time), present.rest(time) if share < 1.0 else None
+    try:
+        joined = join(request(drawn_rows(others, *before.pose[:2])), before, rest)
+    except ParameterError:
+        assume(False)
+    assume(joined is not None)
+    at = joined.accelerated(0.0)
+    assert at.pose[:2] == pytest.approx(before.pose[:2], abs=1e-6)
+    assert math.remainder(at.pose.heading - before.pose.heading, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-6)
+    assert at.velocity == pytest.approx(before.velocity, abs=2e-3)
 
 
 def dense(*ends, gap=0.05):
