@@ -124,25 +124,10 @@ lint-js: tools/node_modules/.package-lock.json
 tools/node_modules/.package-lock.json: tools/package.json tools/package-lock.json
 	cd tools && npm ci --no-fund --no-audit
 
-# the generated parts of docs/: tables of parameters, commands and robots, results of the robots and of the position
-# laws, the table of the chapter's claims, pictures of the results; the SROS2 policy; and the outputs of the notebook in
-# examples/tutorial. Where the tracks or searches behind the table of the laws have changed, the benchmark runs again:
-# some 12 minutes, which can be interrupted. The last one, the replay that moves, needs chromium
-pages: MADE := PYTHONPATH=examples/chapter $(BIN)/python tools
+# the generated parts of docs/: the table is in tools/pages.py; ONLY=docs/robots.md for those of a file. Where the
+# tracks or searches behind the table of the laws have changed, the benchmark runs again: some 12 minutes
 pages: $(TESTED)
-	$(MADE)/package_drawing.py
-	$(MADE)/parameter_table.py docs/parameters.md docs/nodes/*.md
-	$(MADE)/command_pages.py docs/commands.md
-	$(MADE)/metric_tables.py docs/metrics.md
-	$(MADE)/robots_table.py docs/robots.md
-	$(MADE)/robot_results.py docs/robots.md
-	$(BIN)/python -m mobile_robot_control.settings.sros2_policy config/sros2/policy.xml
-	$(MADE)/claims_table.py docs/results.md
-	$(MADE)/benchmark_results.py docs/results.md README.md docs/benchmark.md
-	$(MADE)/path_results.py docs/results.md
-	$(MADE)/result_pictures.py docs/images
-	$(BIN)/python examples/tutorial/execute.py
-	$(MADE)/moving_picture.py docs/images/hybrid_lemniscate.gif
+	$(BIN)/python tools/pages.py $(ONLY)
 
 # docs/ and the API as a site; a warning is an error
 docs: $(VENV)/.docs
