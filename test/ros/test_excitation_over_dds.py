@@ -78,6 +78,9 @@ class Driven(stand_in_base.Base):
         publish = self.odom.publish
         self.odom = SimpleNamespace(publish=lambda message: publish(self.distort(message)))
 
+    def set_down(self):
+        self.x, self.y, self.v, self.omega, self.command = 1.0, 0.0, 0.0, 0.0, Twist()
+
     def has_driven(self):
         return self.at_once or math.dist((self.x, self.y), (1.0, 0.0)) > 0.05
 
@@ -126,6 +129,7 @@ def test_odometry_that_cannot_be_right_a_closed_terminal_and_a_full_disk_stop_th
     commands = {}
 
     def run(name):
+        bases[name].set_down()
         # the fault must end it, on a busy machine too
         commands[name] = start(*BOX, '--namespace', f'/{name}', '--duration', '300', *(
             ['--bag', str(tmp_path / f'bag{len(os.listdir(tmp_path))}')] * (name == 'disk')), **options.get(name, {}))

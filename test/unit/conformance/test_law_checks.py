@@ -62,7 +62,7 @@ class TooLarge(NamedTuple):
     (SOUND._replace(gains=dict), "'sound': its gains are no NamedTuple"),
     (SOUND._replace(step=None), "the step of 'sound' is no function"),
     (SOUND._replace(start=5), "'sound': its start is 5; write an instance of a NamedTuple"),
-    (SOUND._replace(joining=Count), "'sound': its joining is <class 'broken_laws.Count'>; write an instance"),
+    (SOUND._replace(joining=Count), "'sound': its joining is <class 'helpers.broken_laws.Count'>; write an instance"),
     (SOUND._replace(groups=('sound', 'nothing')), "takes the gains of 'nothing', which is no law here"),
     (SOUND._replace(gains=TooLarge), 'k = 3.0 is not allowed; it must be above 0.0 1/s, at most 2.0 1/s'),
     (SOUND._replace(gains=Count), 'its gains are no NamedTuple of fields annotated with Field'),
