@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import errno
 import inspect
 import shlex
 import sys
@@ -208,7 +209,8 @@ def make_main(
         except OSError as error:
             discard_output()
             print(f'{name}: {printable(explain(error))}', file=sys.stderr)
-            return 1 if is_disk_full(error) else 2
+            # EIO: a terminal that was closed meanwhile
+            return 1 if is_disk_full(error) or error.errno == errno.EIO else 2
         except ModuleNotFoundError as error:
             print(f'{name}: the Python module {error.name} is missing; install it with rosdep or pip', file=sys.stderr)
             return 2
@@ -216,7 +218,6 @@ def make_main(
             print(f'{name}: interrupted', file=sys.stderr)
             return 1
         finally:
-            # of a terminal that was closed meanwhile
             discard_output()
 
     return main

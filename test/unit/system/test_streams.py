@@ -2,6 +2,7 @@
 
 import json
 import os
+import pty
 import subprocess
 import sys
 
@@ -47,6 +48,14 @@ def test_an_output_that_nothing_reads_is_an_error_in_one_line():
     os.close(write)
     assert (done.returncode, done.stderr) == (
         1, 'simulate: nothing reads the standard output any more; what is written to files is complete\n')
+
+
+def test_a_terminal_that_was_closed_ends_a_run_as_failed():
+    master, slave = pty.openpty()
+    os.close(master)
+    done = subprocess.run(SIMULATE, stdout=slave, stderr=subprocess.PIPE, text=True, timeout=120, check=False)
+    os.close(slave)
+    assert done.returncode == 1, done.stderr
 
 
 def test_without_docstrings_and_assertions_every_command_explains_its_options_and_python_simulates(monkeypatch, capsys):
