@@ -3,6 +3,7 @@
 import gc
 import os
 import re
+import signal
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,9 @@ collect_ignore_glob = ['mutants.py', 'bench/bench_*.py', '*/conftest.py']
 
 # no number: a test that starts a node without the fixture `domain` fails, rather than join a domain of this machine
 os.environ['ROS_DOMAIN_ID'] = 'see test/conftest.py: the fixture domain'
+
+# under nohup, too, what the tests start takes a signal of a closed terminal
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # beside other tests, threads of OpenBLAS wait for each other: an identification takes twice the CPU time
 os.environ['OPENBLAS_NUM_THREADS'] = '1'

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from mobile_robot_control.parameters.declaration import Declaration, Field, declarations, describe_bounds
-from mobile_robot_control.settings.nodes import NODES, Shared
+from mobile_robot_control.settings.nodes import NODES
+from mobile_robot_control.settings.shared import Shared
 
 _END = '<!-- end of parameters -->'
 

@@ -86,6 +86,15 @@ class TrackingLimit(NamedTuple):
         float, Field('rad', 'wall clock: the same for its heading: larger takes larger corrections', minimum=0.0,
                      live=True)
     ] = 0.5
+    localisation_jump: Annotated[
+        float, Field('m', 'wall clock: distance by which a correction from path_frame to odom moves the robot at once '
+                          'that stops a driving one until its release, 0 for none: larger takes larger corrections',
+                     minimum=0.0, live=True)
+    ] = 0.5
+    localisation_turn: Annotated[
+        float, Field('rad', 'wall clock: the same for its heading: larger takes larger corrections', minimum=0.0,
+                     live=True)
+    ] = 0.5
 
 
 def allowed_distance(closest: float, limit: float) -> float:

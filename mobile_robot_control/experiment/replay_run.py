@@ -13,7 +13,7 @@ from contextlib import suppress
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import TransformStamped, WrenchStamped
 from nav_msgs.msg import Path
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.duration import Duration
@@ -28,10 +28,11 @@ from mobile_robot_control.experiment.replay_plan import Replay, changed_paramete
 from mobile_robot_control.experiment.runner import ExperimentRunner, RunFailedError
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.mcap_stream import Change
+from mobile_robot_control.messages.writing import planar_quaternion
 from mobile_robot_control.quantities import NANOSECONDS, Pose, Push
 from mobile_robot_control.ros.qos import PUBLISHED
-from mobile_robot_control.settings.nodes import Shared
-from mobile_robot_control.topics import DISTURBANCE, OTHER_INPUTS, PATH_TOPIC
+from mobile_robot_control.settings.shared import Shared
+from mobile_robot_control.topics import CORRECTION, DISTURBANCE, OTHER_INPUTS, PATH_TOPIC
 
 
 class Replayer(Node):
@@ -60,7 +61,9 @@ class Replayer(Node):
         # only topics in use: a second publisher would make the plant refuse all pushes
         self._topics: dict[str, Any] = {
             topic: self.create_publisher(kind, topic, PUBLISHED)
-            for topic, kind in ((DISTURBANCE, WrenchStamped), (PATH_TOPIC, Path)) if topic in keys}
+            for topic, kind in ((DISTURBANCE, WrenchStamped), (PATH_TOPIC, Path), (CORRECTION, TransformStamped))
+            if topic in keys}
+        self._outer = shared.path_frame_id
 
     def is_ready(self) -> bool:
         """Return whether all services and the subscriptions to its topics are discovered."""
@@ -90,9 +93,18 @@ class Replayer(Node):
 
     def lead(self, stamp: int, points: Iterable[tuple[float, ...]]) -> None:
         """Send the cart a path of positions [m], maybe with headings [rad], from a stamp [ns] on."""
-        path = writing.path_message(self._frame, [Pose(x, y, *heading or (0.0,)) for x, y, *heading in points])
+        path = writing.path_message(self._outer, [Pose(x, y, *heading or (0.0,)) for x, y, *heading in points])
         path.header.stamp = Time(sec=stamp // NANOSECONDS, nanosec=stamp % NANOSECONDS)
         self._topics[PATH_TOPIC].publish(path)
+
+    def correct(self, stamp: int, correction: Pose) -> None:
+        """Send the cart a correction from a stamp [ns] on."""
+        sent = TransformStamped(child_frame_id=self._frame)
+        sent.header.frame_id = self._outer
+        sent.header.stamp = Time(sec=stamp // NANOSECONDS, nanosec=stamp % NANOSECONDS)
+        sent.transform.translation.x, sent.transform.translation.y = correction.x, correction.y
+        sent.transform.rotation.z, sent.transform.rotation.w = planar_quaternion(correction.heading)
+        self._topics[CORRECTION].publish(sent)
 
     def have_arrived(self) -> bool:
         """Return whether all messages have reached every subscriber, after a short wait."""
@@ -173,6 +185,9 @@ class ReplayRun:
         if PATH_TOPIC in change.values:
             self._replayer.lead(change.stamp, change.values[PATH_TOPIC])
             self._wait(self._replayer.have_arrived, f'the cart did not take the path of {change.stamp} ns')
+        if CORRECTION in change.values:
+            self._replayer.correct(change.stamp, Pose(*change.values[CORRECTION]))
+            self._wait(self._replayer.have_arrived, f'the cart did not take the correction of {change.stamp} ns')
 
     def _begin_anew(self) -> None:
         """Begin a new run, held at 0."""

@@ -14,6 +14,8 @@ from mobile_robot_control.identification.velocity_drive import (
     DELAYS,
     GAINS,
     LAGS,
+    QUANTA,
+    SECOND_LAGS,
     STEP,
     base_model,
     simulated,
@@ -37,6 +39,10 @@ _SMALL = 0.35
 """Share of the largest command below which a dead zone is sought."""
 _LEAST = (0.03, 0.06)
 """[m/s, rad/s]: a command with no larger variation is no excitation."""
+_SECOND = 0.2
+"""A second lag above this share of the first one counts."""
+_QUANTA = np.geomspace(0.01, 0.4, 80)
+"""Shares of the largest command that are tried as its quantum."""
 _CHI2 = 3.84
 """95 % quantile of the square of a normal variable."""
 
@@ -50,17 +56,20 @@ class BaseFit(NamedTuple):
     estimate : Estimate
         Of all parameters except dead zones.
     zones : dict of str to tuple of float
-        Value, and bounds of its 95 % interval, of each dead zone found.
+        Value, and bounds of its 95 % interval, of each dead zone and each quantum found.
     fixed : dict of str to float
         Parameters that were not estimated, including the values of dead zones.
     excited : tuple of bool
         Whether the commands of v and ω vary enough.
+    second_lags : dict of str to tuple of float
+        First and second lag [s] of each velocity, 'v' or 'ω', that follows with two of them.
     """
 
     estimate: Estimate
     zones: dict[str, tuple[float, float, float]]
     fixed: dict[str, float]
     excited: tuple[bool, bool]
+    second_lags: dict[str, tuple[float, float]]
 
 
 class NothingFollowsError(Exception):
@@ -171,6 +180,7 @@ def fit_base(
             for n in channels:
                 found = _with_limit(search, found, fixed, f'base.{name}[{n}]', n)
         for n in channels:
+            found = _with_quantum(search, found, fixed, zones, n)
             found = _with_dead_zone(search, found, fixed, zones, n)
     for n in channels:
         if f'base.max_acceleration[{n}]' in found.names:
@@ -183,7 +193,24 @@ def fit_base(
                 del zones[DEAD_ZONES[n]], fixed[DEAD_ZONES[n]]
             else:
                 zones[DEAD_ZONES[n]], fixed[DEAD_ZONES[n]] = zone, zone[0]
-    return BaseFit(final.estimate(_without_what_is_not_told(found), fixed, 3), zones, fixed, excited)
+    return BaseFit(final.estimate(_without_what_is_not_told(found), fixed, 3), zones, fixed, excited,
+                   _second_lags(search, found, fixed, channels))
+
+
+def _second_lags(
+    search: _Search, before: Estimate, fixed: Mapping[str, float], channels: Sequence[int]
+) -> dict[str, tuple[float, float]]:
+    """Return first and second lag of each velocity for which the data show two."""
+    values = _values(before)
+    start = values | {LAGS[n]: 0.6 * values[LAGS[n]] for n in channels} | {
+        DELAYS[n]: 0.5 * values[DELAYS[n]] for n in channels} | {
+        SECOND_LAGS[n]: max(0.01, 0.4 * values[LAGS[n]] + 0.3 * values[DELAYS[n]]) for n in channels}
+    after = search.estimate(start, fixed)
+    search.tell()
+    if not _is_worth(before, after):
+        return {}
+    found = {'vω'[n]: tuple(sorted((_values(after)[LAGS[n]], _values(after)[SECOND_LAGS[n]]))) for n in channels}
+    return {name: (larger, smaller) for name, (smaller, larger) in found.items() if smaller > _SECOND * larger}
 
 
 def _without_what_is_not_told(found: Estimate) -> dict[str, float]:
@@ -241,6 +268,30 @@ def _with_dead_zone(
     if not _is_worth(before, after):
         return before
     fixed[name], zones[name] = found[0], found
+    return after
+
+
+def _with_quantum(
+    search: _Search, before: Estimate, fixed: dict[str, float], zones: dict[str, tuple[float, float, float]], n: int
+) -> Estimate:
+    """Return an estimate with rounded commands if the data show it, and add the quantum to `fixed` and `zones`."""
+    name, values, largest = QUANTA[n], _values(before), float(search.commands(n).max())
+    if name in zones:
+        return before
+
+    def costs(quanta: Floats) -> Floats:
+        return np.array([search.cost(values, {**fixed, name: quantum}, before) for quantum in quanta.tolist()])
+
+    best = largest * float(_QUANTA[costs(largest * _QUANTA).argmin()])
+    near = best * np.linspace(0.95, 1.05, 41)
+    found = costs(near)
+    search.tell()
+    best, likely = float(near[found.argmin()]), near[found - found.min() < _CHI2]
+    after = search.estimate(values, {**fixed, name: best}, 1)
+    if not _is_worth(before, after):
+        return before
+    step = float(near[1] - near[0])
+    fixed[name], zones[name] = best, (best, float(likely[0]) - step, float(likely[-1]) + step)
     return after
 
 

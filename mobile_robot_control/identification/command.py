@@ -8,11 +8,13 @@ needs the extra `fast`.
 
 Each number has a 95 % interval that allows for correlated residuals. Limits and dead zones are written
 where the recording shows them. A model fitted without the last fifth of each bag predicts it, and the error is
-printed. Numbers that the recording leaves open are named with what to record, and not written.
+judges it: below 10 % of the motion it is good, up to 30 % usable; a worse one is written with --accept alone.
+Intervals of a model that fails a test are wider by its error. Numbers that the recording leaves open are named with
+what to record, and not written.
 
 - `base.dead_time` includes the latency of odometry, unless --same-clock separates them.
-- A pose from outside, `ground_truth` in any frame, gives `odometry.radius_error` and
-  `odometry.separation_error`; without one, `wheel_gain` and `turn_gain` are those that odometry shows.
+- A pose from outside, `ground_truth` in any frame, gives `odometry.radius_error`, `odometry.separation_error` and
+  `odometry.slip`; without one, `wheel_gain` and `turn_gain` are those that odometry shows.
 - Torques tell `A + B`, `A - B` and friction; mass and inertia follow from these with the given `wheel_inertia`
   and `com_offset`. A lost effort is unknown: behind it the motion goes on from a velocity of its own. With
   `wheel_torques`, the torques asked for, efforts also tell gain, lag and delay of the motors.
@@ -29,7 +31,7 @@ Files written:
 
 Exit codes:
   0  done
-  1  nothing can be identified, with the reason
+  1  nothing can be identified, with the reason, or the model is not usable
   2  bad usage, or a bag that cannot be read
 """
 
@@ -42,8 +44,9 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.cli import make_main, make_parser, request_of
 from mobile_robot_control.identification.identify import IdentificationRequest, identified, read_inputs
-from mobile_robot_control.identification.page import answer, identification_page
+from mobile_robot_control.identification.page import answer, identification_page, regime_lines
 from mobile_robot_control.identification.result import (
+    UNUSABLE,
     Identification,
     Parameter,
     UnidentifiableError,
@@ -63,6 +66,8 @@ class _Files(NamedTuple):
     output: Annotated[str | None, Field('', 'parameter file to write; required without --check')] = None
     report: Annotated[str | None, Field('', 'folder for identification.html and identification.json')] = None
     compare: Annotated[str | None, Field('', 'parameter file or name of a robot to compare with on the page')] = None
+    accept: Annotated[bool, Field('', 'write the file of a model that misses more than 30 % of the motion, too, '
+                                      'without intervals')] = False
     check: Annotated[bool, Field('', 'only say what the bags lack, and what to record')] = False
 
 
@@ -86,8 +91,9 @@ def _run(options: argparse.Namespace) -> int:
             for reason in error.reasons:
                 print(f'identify: {printable(reason)}', file=sys.stderr)
             return 1
-    output = Path(files.output)
-    write_atomically(output, parameter_text(found))
+    output, is_written = Path(files.output), files.accept or found.judgement.grade != UNUSABLE
+    if is_written:
+        write_atomically(output, parameter_text(found))
     if files.report is not None:
         folder = Path(files.report)
         folder.mkdir(parents=True, exist_ok=True)
@@ -100,6 +106,10 @@ def _run(options: argparse.Namespace) -> int:
         print(f'page: {printable(str((folder / "identification.html").resolve()))}')
     for line in _lines(found):
         print(printable(line))
+    if not is_written:
+        print(f'identify: the model is not usable, and {printable(str(output))} is not written; record another bag, or '
+              'add --accept', file=sys.stderr)
+        return 1
     print(f'parameters: {printable(str(output.resolve()))}')
     return 0
 
@@ -122,8 +132,8 @@ def _lines(found: Identification) -> list[str]:
         for one in (*found.parameters, *found.reported)]
     measured = ', '.join(f'{name} {value:.4g}' if isinstance(value, float) else f'{name} {value}'
                          for name, value in found.facts.items())
-    return [answer(found), *numbers, f'recorded: {measured}', *(f'not told: {text}' for text in found.open),
-            *(f'the model lacks: {text}' for text in found.lacking)]
+    return [answer(found), *regime_lines(found.judgement), *numbers, f'recorded: {measured}',
+            *(f'not told: {text}' for text in found.open), *(f'the model lacks: {text}' for text in found.lacking)]
 
 
 def _values(found: Identification) -> dict[str, object]:
@@ -132,10 +142,11 @@ def _values(found: Identification) -> dict[str, object]:
         return [{'name': one.name, 'value': one.value, 'unit': one.unit,
                  'interval': [one.low, one.high] if math.isfinite(one.low) else None} for one in parameters]
 
-    return {'drive': found.drive, 'parameters': listed(found.parameters), 'reported': listed(found.reported),
-            'names': found.names, 'covariance': found.covariance.tolist(), 'facts': found.facts,
-            'rms_error': {name: list(value) for name, value in found.errors.items()}, 'open': found.open,
-            'lacking': found.lacking, 'notes': found.notes, 'provenance': found.provenance}
+    judgement = found.judgement._asdict() | {'error': found.judgement.error}
+    return {'drive': found.drive, 'judgement': judgement, 'parameters': listed(found.parameters),
+            'reported': listed(found.reported), 'names': found.names, 'covariance': found.covariance.tolist(),
+            'facts': found.facts, 'rms_error': {name: list(value) for name, value in found.errors.items()},
+            'open': found.open, 'lacking': found.lacking, 'notes': found.notes, 'provenance': found.provenance}
 
 
 main = make_main(parser, _run)

@@ -135,6 +135,12 @@ def not_seen(fit: BaseFit, recordings: Sequence[Recorded]) -> list[str]:
     return words
 
 
+def second_lags(fit: BaseFit) -> list[str]:
+    """Describe the second lags that the plant lacks."""
+    return [f'{name} follows with two lags, of {first:.3g} and {second:.3g} s: the lag and the dead time written stand '
+            'in for them' for name, (first, second) in fit.second_lags.items()]
+
+
 def missing_in_model(
     found: Estimate, predictions: Sequence[Prediction], inputs: Sequence[tuple[str, Floats]]
 ) -> list[str]:

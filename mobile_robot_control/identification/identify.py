@@ -8,6 +8,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from mobile_robot_control.identification import findings
+from mobile_robot_control.identification.judgement import with_judgement
 from mobile_robot_control.identification.recorded import Recorded, read_recorded
 from mobile_robot_control.identification.result import Identification, UnidentifiableError
 from mobile_robot_control.identification.torque_robot import identify_torques
@@ -99,7 +100,7 @@ def identified(
             else identify_torques(inputs.recordings, inputs.configuration, tell))
     if not made.parameters:
         raise UnidentifiableError([*made.open, *made.lacking])
-    return made._replace(
+    return with_judgement(made)._replace(
         open=(*map(str, inputs.lacks), *made.open),
         notes=(*made.notes, *inputs.problems),
         provenance=provenance(command_line, inputs.configuration))

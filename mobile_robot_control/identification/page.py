@@ -8,7 +8,16 @@ import numpy as np
 from mobile_robot_control.figures.drawing import draw
 from mobile_robot_control.figures.figure import COMMAND, VALUE, Curve, Figure, Floats, Line, Panel, plane
 from mobile_robot_control.figures.palette import as_svg
-from mobile_robot_control.identification.result import Identification, Parameter, Prediction, drive_of
+from mobile_robot_control.identification.result import (
+    GOOD,
+    UNUSABLE,
+    USABLE,
+    Identification,
+    Judgement,
+    Parameter,
+    Prediction,
+    drive_of,
+)
 from mobile_robot_control.pages import page
 
 _MOST_POINTS = 1500
@@ -19,16 +28,24 @@ _LAGS = 40
 
 def answer(found: Identification) -> str:
     """Return the quality of the model's prediction in a sentence."""
-    v, omega = found.errors['held_out']
-    usual = np.sqrt(np.nanmean(np.concatenate([one.measured for one in found.predictions]) ** 2, axis=0))
-    return (f'The model of a robot that takes {drive_of(found)} foretells the part of the recording that it has not '
-            f'seen to {100.0 * v:.2g} cm/s and {omega:.2g} rad/s RMS, '
-            f'{_share(v, usual[0])} of the usual speed and {_share(omega, usual[1])} of the usual turn rate; '
-            f'{len(found.parameters)} parameters are written.')
+    judged, (v, omega) = found.judgement, found.errors['held_out']
+    return (f'The model of a robot that takes {drive_of(found)} is {judged.grade}: where it has not seen the '
+            f'recording, it misses {judged.shares[0]:.1%} of the speed and {judged.shares[1]:.1%} of the turn rate, '
+            f'averaged over 0.2 s; from message to message {100.0 * v:.2g} cm/s and {omega:.2g} rad/s RMS.'
+            f'{_MEANING[judged.grade]}')
 
 
-def _share(value: float, whole: float) -> str:
-    return f'{value / whole:.1%}' if whole > 0.0 else 'none'
+_MEANING = {
+    GOOD: '', USABLE: ' Gains found for it want a margin.',
+    UNUSABLE: ' It stands for another robot than this one: gains found for it mean nothing.'}
+
+
+def regime_lines(judged: Judgement) -> list[str]:
+    """Return what a model that is not good misses in each regime."""
+    if judged.grade == GOOD:
+        return []
+    return [f'  {name}: {v:.1%} of the speed, {omega:.1%} of the turn rate'
+            for name, (v, omega) in sorted(judged.regimes.items(), key=lambda pair: -max(pair[1]))]
 
 
 def _thin(times: Floats, values: Floats) -> Line:
@@ -115,7 +132,8 @@ def identification_page(
     told = [[escape(name), escape(f'{value:.4g}' if isinstance(value, float) else value)]
             for name, value in found.facts.items()]
     parts = [
-        f'<h1>{escape(title)}</h1><p class="answer">{escape(answer(found))}</p>', pictures[0],
+        f'<h1>{escape(title)}</h1><p class="answer">{escape(answer(found))}</p>',
+        *([_listed(regime_lines(found.judgement))] if found.judgement.grade != GOOD else []), pictures[0],
         page.section('numbers', 'Numbers', page.html_table(head, _rows(pairs, bool(other)))),
         *([page.section('reported', 'Further numbers', page.html_table(
             head[:4], _rows([(one, None) for one in found.reported], False)))] if found.reported else []),

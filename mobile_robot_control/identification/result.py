@@ -72,6 +72,36 @@ class Prediction(NamedTuple):
     modelled_path: Floats
 
 
+GOOD, USABLE, UNUSABLE = 'good', 'usable', 'unusable'
+
+
+class Judgement(NamedTuple):
+    """
+    The quality of a model.
+
+    Attributes
+    ----------
+    grade : str
+        GOOD below 10 % of error, USABLE below 30 %, or UNUSABLE.
+    shares : tuple of float
+        RMS of measured minus modelled v and ω, averaged over 0.2 s, in the held-out part, as shares of the RMS of both.
+    regimes : dict of str to tuple of float
+        The same in each regime of the whole recordings.
+    widened : bool
+        Whether intervals were widened by the larger share.
+    """
+
+    grade: str
+    shares: tuple[float, float]
+    regimes: dict[str, tuple[float, float]]
+    widened: bool = False
+
+    @property
+    def error(self) -> float:
+        """The larger share."""
+        return max(self.shares)
+
+
 class Identification(NamedTuple):
     """
     The result of an identification.
@@ -104,6 +134,8 @@ class Identification(NamedTuple):
         Of the final fit without their correlation, in standard deviations.
     provenance : dict of str to object
         Call, versions and parameters.
+    judgement : Judgement
+        The quality of the model.
     """
 
     drive: str
@@ -119,6 +151,7 @@ class Identification(NamedTuple):
     predictions: tuple[Prediction, ...]
     residuals: Floats
     provenance: dict[str, Any]
+    judgement: Judgement = Judgement(UNUSABLE, (1.0, 1.0), {})
 
     def __repr__(self) -> str:
         told = ', '.join(f'{one.name.partition(".")[2]} {one.value:.4g}' for one in self.parameters[:4])
@@ -220,10 +253,13 @@ def parameter_text(found: Identification) -> str:
     plant = [one for one in found.parameters if one.name.startswith('plant.')]
     lines += ['/**/plant:', '  ros__parameters:', f'    drive: {found.drive}', *_section(plant)]
     values = [next(one.value for one in found.parameters if one.name == name) for name in found.names]
+    judged = found.judgement
     lines += [
+        '# The covariance is withheld: the model misses too much of the motion' if judged.grade == UNUSABLE else
         f'# {len(found.names)} estimates and their covariance, row by row: study --robot-uncertainty draws from it',
         f'/**/{SECTION}:', '  ros__parameters:',
-        f'    names: [{", ".join(repr(name) for name in found.names)}]',
+        f'    grade: {judged.grade}', f'    error: {_number(judged.error)}',
+        f'    widened: {str(judged.widened).lower()}', f'    names: [{", ".join(repr(name) for name in found.names)}]',
         f'    values: [{", ".join(_number(value) for value in values)}]',
         f'    covariance: [{", ".join(_number(value) for value in found.covariance.ravel().tolist())}]',
     ]
@@ -231,11 +267,12 @@ def parameter_text(found: Identification) -> str:
 
 
 class Estimates(NamedTuple):
-    """Names, values, shape (n,), and covariance, shape (n, n), of the estimates."""
+    """Names, values, shape (n,), covariance, shape (n, n), and origin of the estimates."""
 
     names: tuple[str, ...]
     values: Floats
     covariance: Floats
+    origin: str
 
 
 def read_estimates(file: str) -> Estimates:
@@ -245,14 +282,19 @@ def read_estimates(file: str) -> Estimates:
         held = tree[f'/**/{SECTION}']['ros__parameters']
         names, values = tuple(map(str, held['names'])), np.array(held['values'], dtype=float)
         covariance = np.array(held['covariance'], dtype=float).reshape(len(names), len(names))
+        grade, error, widened = held.get('grade', ''), float(held.get('error', 0.0)), held.get('widened', False)
     except (TypeError, KeyError, ValueError):
         raise ParameterError([f'{file}: has no section /**/{SECTION} with names, values and their covariance; take a '
                               'file that the command identify has written']) from None
+    if grade == UNUSABLE:
+        raise ParameterError([f'{file}: its model misses {error:.0%} of the motion, so that nothing is known of its '
+                              'errors; record and identify the robot again'])
     if values.shape != (len(names),) or not np.isfinite(covariance).all() or (
             np.linalg.eigvalsh(covariance).min(initial=0.0) < -_ROUNDING * np.abs(covariance).max(initial=0.0)):
         raise ParameterError([f'{file}: values and covariance of section /**/{SECTION} do not belong together; take '
                               'it as the command identify has written it'])
-    return Estimates(names, values, covariance)
+    origin = f', {"widened by the" if widened else "as narrow as those of a model with an"} error of {error:.1%}'
+    return Estimates(names, values, covariance, f'intervals of {file}{origin * bool(grade)}')
 
 
 def _section(parameters: Sequence[Parameter]) -> Iterator[str]:
@@ -271,7 +313,8 @@ def _section(parameters: Sequence[Parameter]) -> Iterator[str]:
                 pair[int(one.name[-2])] = one.value
             yield f'    {short}: [{", ".join(map(_number, pair))}]'
         else:
-            yield f'    {short}: {_number(members[0].value)}'
+            value = members[0].value
+            yield f'    {short}: {"true" if value is True else _number(value)}'
 
 
 def _told(one: Parameter) -> str:

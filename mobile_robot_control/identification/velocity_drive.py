@@ -20,10 +20,14 @@ STEP, COARSE_STEP = 1_000_000, 4_000_000
 _MOST_STEPS = 300_000
 LAGS, DELAYS = ('base.lag[0]', 'base.lag[1]'), ('delay[0]', 'delay[1]')
 GAINS = ('base.wheel_gain[0]', 'base.wheel_gain[1]', 'base.turn_gain')
+SECOND_LAGS = ('second lag[0]', 'second lag[1]')
+"""Of the response behind the first ones; the plant has none."""
 DEAD_ZONES = ('base.dead_zone[0]', 'base.dead_zone[1]')
-_BOUNDS = {'base.lag': (1e-3, 3.0, 5e-4), 'delay': (-0.2, 1.5, 1e-3), 'base.wheel_gain': (0.5, 1.5, 1e-4),
-           'base.turn_gain': (0.1, 1.5, 1e-4), 'base.max_speed': (1e-3, 50.0, 1e-3),
-           'base.max_acceleration': (1e-3, 500.0, 2e-3), 'base.max_deceleration': (1e-3, 500.0, 2e-3)}
+QUANTA = ('base.quantum[0]', 'base.quantum[1]')
+_BOUNDS = {'base.lag': (1e-3, 3.0, 5e-4), 'second lag': (1e-3, 3.0, 5e-4), 'delay': (-0.2, 1.5, 1e-3),
+           'base.wheel_gain': (0.5, 1.5, 1e-4), 'base.turn_gain': (0.1, 1.5, 1e-4),
+           'base.max_speed': (1e-3, 50.0, 1e-3), 'base.max_acceleration': (1e-3, 500.0, 2e-3),
+           'base.max_deceleration': (1e-3, 500.0, 2e-3)}
 """Lower and upper bound of a parameter, and the step of its differences."""
 
 
@@ -81,6 +85,14 @@ class Simulated(NamedTuple):
     times: Floats
     way: Floats
 
+    def lagging(self, lags: Sequence[float]) -> 'Simulated':
+        """Return it behind one more first-order lag [s] of each velocity; 0 for none."""
+        from scipy.signal import lfilter  # noqa: PLC0415 (imported late: most commands do without)
+
+        shares = [-np.expm1((self.times[0] - self.times[1]) / lag) if lag > 0.0 else 1.0 for lag in lags]
+        return Simulated(self.times, np.column_stack([
+            lfilter([share], [1.0, share - 1.0], self.way[:, n]) for n, share in enumerate(shares)]))
+
     def at(self, times: Floats, delays: Sequence[float]) -> Floats:
         """Return it at times [s] of odometry, with the delay [s] of each velocity: a shift has smooth derivatives."""
         return np.column_stack([np.interp(times - delay, self.times, self.way[:, n])
@@ -133,8 +145,11 @@ def base_model(
 
     def outputs(values: Floats) -> list[Floats]:
         named = dict(zip(names, values.tolist(), strict=True)) | dict(fixed)
-        delays = [named.pop(name, 0.0) for name in DELAYS]
+        delays, lags = ([named.pop(name, 0.0) for name in group] for group in (DELAYS, SECOND_LAGS))
+        runs = without_delays(tuple(named.items()))
+        if any(lags):
+            runs = [one.lagging(lags) for one in runs]
         return [np.diff(found.at(one.motion.times, delays), axis=0)[one.motion.usable]
-                for one, found in zip(recordings, without_delays(tuple(named.items())), strict=True) if one.motion]
+                for one, found in zip(recordings, runs, strict=True) if one.motion]
 
     return Model(names, np.array(list(start.values())), lower, upper, steps, outputs)

@@ -9,7 +9,8 @@ from mobile_robot_control.figures.figure import Floats
 from mobile_robot_control.identification import findings, velocity_drive
 from mobile_robot_control.identification.base_search import BaseFit, NothingFollowsError, fit_base
 from mobile_robot_control.identification.estimation import Z95, Estimate, Model, estimate
-from mobile_robot_control.identification.recorded import Clock, Motion, Recorded, cut, moved_between
+from mobile_robot_control.identification.judgement import slip_with_curvature
+from mobile_robot_control.identification.recorded import SAMPLED, Clock, Motion, Recorded, cut, moved_between
 from mobile_robot_control.identification.result import (
     HELD_OUT,
     Identification,
@@ -30,6 +31,8 @@ from mobile_robot_control.settings.nodes import Configuration
 
 ERRORS = ('plant.odometry.radius_error[0]', 'plant.odometry.radius_error[1]', 'plant.odometry.separation_error')
 _OFFSET = 'offset'
+_SLIPPED = 8
+"""Such distances over which the slip of a wheel is summed."""
 _APART = 0.5
 """[s] between compared poses from outside: over longer distances, noise between messages matters little."""
 
@@ -62,6 +65,29 @@ def calibrate(recordings: Sequence[Recorded], robot: Robot) -> Estimate:
     model = Model((*ERRORS, _OFFSET), np.zeros(4), np.array([-0.5, -0.5, -0.5, -1.0]),
                   np.array([0.5, 0.5, 0.5, 1.0]), np.array([1e-5, 1e-5, 1e-5, 1e-3]), outputs)
     return estimate(model, [true.moved for true in seen])
+
+
+def _slip(calibration: Estimate, seen: Sequence[Recorded], robot: Robot) -> Parameter:
+    """
+    Return the slip of the wheels by what the calibrated odometry misses over some metres.
+
+    A slip that depends on the motion, as of a skid steer, counts as a random one of the same size.
+    """
+    squares: list[Floats] = []
+    ways: list[Floats] = []
+    for one, left in zip(seen, calibration.residuals, strict=True):
+        moved = _thinned(one).moved
+        half = 0.5 * robot.wheel_separation
+        for sign in (1.0, -1.0):
+            missed, way = left[:, 0] + sign * half * left[:, 1], np.abs(moved[:, 0] + sign * half * moved[:, 1])
+            count = missed.size // _SLIPPED
+            for values, sums in ((missed, squares), (way, ways)):
+                sums.append(values[:count * _SLIPPED].reshape(count, _SLIPPED).sum(axis=1))
+    missed, way = np.concatenate(squares), np.concatenate(ways)
+    value = float(np.sqrt((missed**2).sum() / max(way.sum(), 1e-9)))
+    # a variance from n squares
+    deviation = value / np.sqrt(2.0 * max(1, missed.size))
+    return interval_of('plant.odometry.slip', value, deviation, 'm/√m')
 
 
 def _thinned(one: Recorded) -> Motion:
@@ -108,17 +134,25 @@ def alignment(one: Recorded) -> Alignment:
 
 _CLOCK_ERROR = (5e-5, 0.015)
 """Error of a clock offset by the fastest messages of a recording: [s], and as a share of their jitter."""
+_AGED = 0.005
+"""[s] from stamp to receipt: a message that is stamped when it is sent is younger."""
+_ONE_CLOCK = ('dead_time holds the latency of odometry, too: one clock that stamps and records both, and --same-clock, '
+              'tell them apart')
+_NO_AGE = ('dead_time holds the latency of odometry, too: odometry is received as soon as it is stamped, so that its '
+           'stamps do not tell the age of its samples')
 _UNITS = {'base.lag': ('s', 's'), 'base.max_speed': ('m/s', 'rad/s'), 'base.max_acceleration': ('m/s²', 'rad/s²'),
-          'base.max_deceleration': ('m/s²', 'rad/s²'), 'base.dead_zone': ('m/s', 'rad/s'), 'delay': ('s', 's')}
+          'base.max_deceleration': ('m/s²', 'rad/s²'), 'base.dead_zone': ('m/s', 'rad/s'),
+          'base.quantum': ('m/s', 'rad/s'), 'delay': ('s', 's')}
 
 
 class _Part(NamedTuple):
-    """Parameters, the names and the covariance of those that are estimates, and notes."""
+    """Parameters, the names and the covariance of those that are estimates, notes, and what the model lacks."""
 
     parameters: list[Parameter]
     names: tuple[str, ...]
     covariance: Floats
     notes: list[str]
+    lacking: list[str]
 
 
 def identify_base(
@@ -138,39 +172,49 @@ def identify_base(
     found = _with_clock_error(fit.estimate, _clock_error(usable))
     if calibration:
         found = _with_calibration_error(found, calibration.covariance)
-    latency = _latency(usable) if same_clock else None
+    clocks = _clocks(usable, same_clock)
+    latency = clocks['odom'].floor if same_clock and clocks['odom'].stamped == SAMPLED else None
     every = [interval_of(name, value, deviation, _unit(name)) for name, value, deviation in zip(
         found.names, found.values.tolist(), found.deviations.tolist(), strict=True)]
     every += [Parameter(name, *zone, _unit(name)) for name, zone in fit.zones.items()]
     kept = [one for one in every if is_narrow(one)]
     renamed, delays = _delays(kept, latency)
     names, covariance = _estimates(found, fit, [one.name for one in kept])
-    clocks, predictions = usable[0].clocks, _predict(usable, fit, robot, given, tell)
-    odometry = _of_odometry(calibration, seen)
+    predictions = _predict(usable, fit, robot, given, tell)
+    odometry = _of_odometry(calibration, seen, robot)
     notes = [f'wheel separation {robot.wheel_separation} m and radius {robot.wheel_radius} m are given, not measured',
              'a command is taken to reach the robot when it reaches the recorder', *odometry.notes,
-             *(['dead_time holds the latency of odometry, too: one clock that stamps and records both, and '
-                '--same-clock, tell them apart'] if latency is None else []), *findings.not_seen(fit, usable)]
+             *([] if latency is not None else [_NO_AGE if same_clock else _ONE_CLOCK]), *findings.not_seen(fit, usable)]
     return Identification(
         VELOCITY, (*odometry.parameters, *renamed, *_odometry_parameters(clocks['odom'], latency)),
         (*odometry.names, *names), _diagonal(odometry.covariance, covariance), tuple(delays), rates_of(clocks),
         errors_of(predictions), tuple(left_out(one) for one in every if one not in kept),
-        tuple(findings.missing_in_model(found, predictions, _inputs_beside(usable))), tuple(notes), tuple(predictions),
-        found.whitened, {})
+        (*odometry.lacking, *findings.second_lags(fit),
+         *findings.missing_in_model(found, predictions, _inputs_beside(usable))), tuple(notes),
+        tuple(predictions), found.whitened, {})
 
 
-def _of_odometry(calibration: Estimate | None, seen: Sequence[Recorded]) -> _Part:
+def _of_odometry(calibration: Estimate | None, seen: Sequence[Recorded], robot: Robot) -> _Part:
     """Return the parameters of odometry from a pose from outside."""
     if calibration is None:
         return _Part([], (), np.zeros((0, 0)), ['wheel_gain and turn_gain are those that odometry shows: where it '
-                                                'comes from the wheels, it sees no skidding'])
+                                                'comes from the wheels, it sees no skidding'], [])
     frame = alignment(seen[0])
     return _Part(
         [interval_of(name, value, deviation, '') for name, value, deviation in zip(
-            ERRORS, calibration.values.tolist(), calibration.deviations.tolist(), strict=False)],
+            ERRORS, calibration.values.tolist(), calibration.deviations.tolist(), strict=False)]
+        + [Parameter('plant.odometry.dead_reckoning', True, np.nan, np.nan, ''), _slip(calibration, seen, robot)],
         ERRORS, calibration.covariance[:3, :3],
         [f'the frame of odom lies at x {frame.x:.3f} m, y {frame.y:.3f} m, rotated by {frame.rotation:.3f} rad, in '
-         'that of ground_truth'])
+         'that of ground_truth'],
+        list(slip_with_curvature([_by_odometry(one, left) for one, left in zip(
+            seen, calibration.residuals, strict=True)], 'its odometry')))
+
+
+def _by_odometry(one: Recorded, left: Floats) -> Prediction:
+    """Return the motion of the pose from outside beside that of calibrated odometry, which leaves a residual."""
+    true = _thinned(one)
+    return prediction_of(one.name, true.times, true.moved, true.moved - left, true.usable, np.inf)
 
 
 def _estimates(found: Estimate, fit: BaseFit, kept: Sequence[str]) -> tuple[tuple[str, ...], Floats]:
@@ -214,9 +258,12 @@ def _with_calibration_error(found: Estimate, calibration: Floats) -> Estimate:
     return found._replace(covariance=found.covariance + slopes @ calibration[:3, :3] @ slopes.T)
 
 
-def _latency(recordings: Sequence[Recorded]) -> float:
-    """Return the delay of the fastest messages of odometry from stamp to receipt [s]."""
-    return max(0.0, float(np.mean([one.clocks['odom'].floor for one in recordings])))
+def _clocks(recordings: Sequence[Recorded], same_clock: bool) -> dict[str, Clock]:
+    """Return the clocks of the first recording, with the mean age of odometry; an aged one was not stamped late."""
+    found = recordings[0].clocks
+    odom = found['odom']._replace(floor=max(0.0, float(np.mean([one.clocks['odom'].floor for one in recordings]))))
+    aged = same_clock and odom.floor > _AGED
+    return {**found, 'odom': odom._replace(stamped=SAMPLED) if aged else odom}
 
 
 def _delays(kept: Sequence[Parameter], latency: float | None) -> tuple[list[Parameter], list[Parameter]]:

@@ -38,8 +38,9 @@ from mobile_robot_control.loop.ticks import (
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.quantities import Pose, Reference, WheelTorque, period_nanoseconds
-from mobile_robot_control.reference.course import Course, make_course
-from mobile_robot_control.settings.nodes import Configuration, path_of
+from mobile_robot_control.reference.course import Course
+from mobile_robot_control.reference.led_course import driven_course
+from mobile_robot_control.settings.nodes import Configuration, drawing_of, path_of
 from mobile_robot_control.system.texts import located_error
 
 _NOTHING, _UNVARIED = Totals(), Variation()
@@ -68,6 +69,8 @@ class Trial(NamedTuple):
         Choice of functions in the loop.
     path : PathRequest or tuple
         Path of the cart; () for a curve.
+    drawing : Drawing or tuple
+        Of corrections by a localisation; () for none.
     """
 
     law: str
@@ -79,6 +82,7 @@ class Trial(NamedTuple):
     late: int
     form: Form = IDEAL_FORM
     path: Any = ()
+    drawing: Any = ()
 
 
 class Outcome(NamedTuple):
@@ -126,12 +130,13 @@ def make_trial(configuration: Configuration, duration: float, late: float = 0.0)
         round(late * shared.velocity_rate),
         form_of(configuration),
         path_of(configuration.reference_cart),
+        drawing_of(configuration.reference_cart),
     )
 
 
 def course_of_trial(trial: Trial) -> Course:
     """Return the course of the cart in a trial."""
-    return make_course(trial.curve, trial.loop.placement, trial.path)
+    return driven_course(trial.curve, trial.loop.placement, trial.path, trial.drawing)
 
 
 def prepared_loop(trial: Trial) -> Loop:

@@ -27,6 +27,7 @@ from mobile_robot_control.messages.types import (
     TimeReference,
     TrajectoryPoint,
     Transform,
+    TransformStamped,
     Twist,
     TwistStamped,
     TwistWithCovariance,
@@ -202,6 +203,31 @@ def _path(order: _Order, data: bytes) -> Path:
     return Path(header, poses)
 
 
+def _transform_at(order: _Order, data: bytes, at: int) -> tuple[TransformStamped, int]:
+    """Read a stamped transform; return it and the position after it."""
+    at = aligned(at, 4)
+    seconds, nanoseconds = order.duration.unpack_from(data, at)
+    frame, at = _text(order, data, at + order.duration.size)
+    child, at = _text(order, data, at)
+    at = aligned(at, 8) + order.seven.size
+    x, y, z, qx, qy, qz, qw = order.seven.unpack_from(data, at - order.seven.size)
+    return TransformStamped(seconds * NANOSECONDS + nanoseconds, Header(frame), child,
+                            Transform(Vector(x, y, z), Quaternion(qx, qy, qz, qw))), at
+
+
+def _transform_stamped(order: _Order, data: bytes) -> TransformStamped:
+    return _transform_at(order, data, START)[0]
+
+
+def _transforms(order: _Order, data: bytes) -> list[TransformStamped]:
+    count, at = _count(order, data, START)
+    found = []
+    for _ in range(count):
+        one, at = _transform_at(order, data, at)
+        found.append(one)
+    return found
+
+
 def _vector_stamped(order: _Order, data: bytes) -> Vector3Stamped:
     header, at = _header(order, data)
     return Vector3Stamped(header, Vector(*order.three.unpack_from(data, aligned(at, 8))))
@@ -243,6 +269,8 @@ _READ: dict[str, Callable[[_Order, bytes], Any]] = {
     'geometry_msgs/msg/WrenchStamped': _wrench_stamped,
     'diagnostic_msgs/msg/DiagnosticArray': _diagnostic_array,
     'std_msgs/msg/String': _string,
+    'geometry_msgs/msg/TransformStamped': _transform_stamped,
+    'tf2_msgs/msg/TFMessage': _transforms,
 }
 
 
@@ -253,15 +281,15 @@ def deserialise(kind: str, data: bytes) -> Any:
     Parameters
     ----------
     kind : str
-        One of the loop's types, Twist or WrenchStamped of geometry_msgs, 'nav_msgs/msg/Path',
-        'diagnostic_msgs/msg/DiagnosticArray' or 'std_msgs/msg/String'.
+        One of the loop's types, Twist, TransformStamped or WrenchStamped of geometry_msgs, 'nav_msgs/msg/Path',
+        'tf2_msgs/msg/TFMessage', 'diagnostic_msgs/msg/DiagnosticArray' or 'std_msgs/msg/String'.
     data : bytes
         From any source.
 
     Returns
     -------
     NamedTuple
-        With the message's fields, without stamp and covariances; for a String its text.
+        With the message's fields, without stamp and covariances; a String's text, a TFMessage's list.
 
     Raises
     ------

@@ -8,7 +8,7 @@ imported.
 import math
 import struct
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from mobile_robot_control.quantities import (
     LARGEST,
@@ -141,12 +141,37 @@ def read_odometry(message: Any, frame: str = '', child_frame: str = '') -> tuple
 
 def _motion(name: str, position: Any, q: Any, twist: Any) -> tuple[Pose, BodyVelocity]:
     """Return the planar part of a position, a quaternion and a twist, checked."""
+    check_numbers(name, twist.linear.x, twist.angular.z)
+    return _pose(name, position, q), BodyVelocity(twist.linear.x, twist.angular.z)
+
+
+def _pose(name: str, position: Any, q: Any) -> Pose:
+    """Return the planar part of a position and a quaternion, checked."""
     x, y, z, w = q.x, q.y, q.z, q.w
-    check_numbers(name, position.x, position.y, x, y, z, w, twist.linear.x, twist.angular.z)
+    check_numbers(name, position.x, position.y, x, y, z, w)
     length = x * x + y * y + z * z + w * w
     if abs(length - 1.0) > 0.01:
         raise RefusedMessageError('quaternion not of unit length', f'its length is {math.sqrt(length):g}')
-    return Pose(position.x, position.y, _heading(q)), BodyVelocity(twist.linear.x, twist.angular.z)
+    return Pose(position.x, position.y, _heading(q))
+
+
+class Link(NamedTuple):
+    """The pose of a frame in its parent, with a stamp [ns]."""
+
+    stamp: int
+    parent: str
+    child: str
+    pose: Pose
+
+
+def read_transforms(messages: Sequence[Any]) -> list[Link]:
+    """
+    Return the planar part of geometry_msgs/TransformStamped, as `deserialise` returns it.
+
+    Raises RefusedMessageError if a number is not finite or beyond LARGEST, or a quaternion is not of unit length.
+    """
+    return [Link(one.stamp, one.header.frame_id.lstrip('/'), one.child_frame_id.lstrip('/'),
+                 _pose('transform', one.transform.translation, one.transform.rotation)) for one in messages]
 
 
 def _heading(q: Any) -> float:

@@ -113,6 +113,15 @@ class Transform(NamedTuple):
     rotation: Quaternion
 
 
+class TransformStamped(NamedTuple):
+    """geometry_msgs/TransformStamped, with its stamp in nanoseconds."""
+
+    stamp: int
+    header: Header
+    child_frame_id: str
+    transform: Transform
+
+
 class TrajectoryPoint(NamedTuple):
     """trajectory_msgs/MultiDOFJointTrajectoryPoint; the time from start is in nanoseconds."""
 

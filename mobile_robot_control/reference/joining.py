@@ -6,9 +6,8 @@ reference; it leads to the new path some way ahead.
 """
 
 import math
-from bisect import bisect_left
-from collections.abc import Callable, Sequence
-from itertools import accumulate, pairwise, product
+from collections.abc import Sequence
+from itertools import pairwise, product
 from typing import NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
@@ -17,14 +16,19 @@ from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
 from mobile_robot_control.reference.motion import Motion, Part, Rest, Turn, parts_of, turn
 from mobile_robot_control.reference.path_parameters import PathRequest, can_turn
-from mobile_robot_control.reference.path_shape import Point, Span, bend, control_points, spline
+from mobile_robot_control.reference.path_shape import Point, Span, bend, spline
 from mobile_robot_control.reference.planned_path import PlannedPath, timed
 from mobile_robot_control.reference.polyline import Follower, nearest, point_after
 from mobile_robot_control.reference.stopping import SLACK, moves, slackened, stop
-from mobile_robot_control.reference.stretches import PARTS, Route, Stretch, is_fitted, points_of, polyline, route_of
+from mobile_robot_control.reference.stretches import Route, Stretch, polyline, route_of
+from mobile_robot_control.reference.ways import Way, way_of
 
 _LENGTHS = (1.0, 2.0)
 """Lengths of the joint, in units of path.join_distance; the first feasible one is used."""
+_LED = (0.5, *_LENGTHS)
+"""Those of a cart whose path a correction moves, by less than a new path may lie aside."""
+_BEHIND = 0.25
+"""[m] behind the cart from which on its place on a path that has moved is sought."""
 _FROM_REST = (0.3, 0.6, *_LENGTHS)
 """Those of a cart that stands, which may bend more."""
 _STEP = 0.05
@@ -39,62 +43,6 @@ _ASIDE = math.radians(60.0)
 """A path that leads farther aside of a standing cart's heading begins with a turn on the spot."""
 _LOOK_AHEAD = 0.3
 """[m] along a path to the point in whose direction it leads."""
-
-
-class _Way(NamedTuple):
-    """
-    A stretch of a new path before it is joined.
-
-    Attributes
-    ----------
-    points : list of (float, float)
-        A polyline along it [m].
-    numbers : list of int
-        The waypoint whose speed limit holds at each point of the polyline.
-    after : callable
-        Returns the control points from a length [m] along the polyline on, each with the number of its waypoint.
-
-    """
-
-    points: list[Point]
-    numbers: list[int]
-    after: Callable[[float], list[tuple[Point, int]]]
-
-    @property
-    def length(self) -> float:
-        """Of the polyline [m]."""
-        return sum(math.dist(*two) for two in pairwise(self.points))
-
-
-def _way(stretch: Stretch) -> _Way:
-    """Return the way of a stretch; a closed one is driven from its first waypoint."""
-    request = stretch.request
-    path, points = request.path, points_of(request)
-    if is_fitted(request):
-        return _fitted_way(stretch)
-    numbers = list(range(len(points)))
-    if path.closed:
-        points, numbers = path.laps * points + points[:1], path.laps * numbers + [0]
-
-    def after(length: float) -> list[tuple[Point, int]]:
-        first, rest = point_after(points, length)
-        if rest == len(points):
-            return [(first, numbers[rest - 1])]
-        control = control_points([first, *points[rest:]], False, path.rounding)
-        return [(point, numbers[max(0, number + rest - 1)]) for point, number in control]
-
-    return _Way(points, numbers, after)
-
-
-def _fitted_way(stretch: Stretch) -> _Way:
-    control = [stretch.control[n % len(stretch.control)] for n in range(len(stretch.spans) + 1)]
-    points = polyline(stretch.spans)
-    lengths = list(accumulate((math.dist(*two) for two in pairwise(points)), initial=0.0))[::PARTS]
-
-    def after(length: float) -> list[tuple[Point, int]]:
-        return control[min(bisect_left(lengths, length), len(control) - 1):]
-
-    return _Way(points, [control[n // PARTS][1] for n in range(len(points))], after)
 
 
 class _Start(NamedTuple):
@@ -117,7 +65,7 @@ class _Start(NamedTuple):
     away: float
 
 
-def _start(route: Route, ways: Sequence[_Way], before: Reference, request: PathRequest) -> _Start:
+def _start(route: Route, ways: Sequence[Way], before: Reference, request: PathRequest) -> _Start:
     """Return where a route begins for a cart, on its first part; raise ParameterError if that is too far away."""
     at, most, near = before.pose[:2], request.path.join_distance, _SAME_WAY * request.path.rounding
     left = math.dist(ways[0].points[0], at) + most
@@ -167,7 +115,7 @@ def join(request: PathRequest, before: Reference, rest: Rest | None = None, anew
 
     """
     route = route_of(request)
-    ways = [_way(stretch) for stretch in route.stretches]
+    ways = [way_of(stretch) for stretch in route.stretches]
     start = _start(route, ways, before, request)
     if rest is None and _ends_at(ways, before.pose) and _turns_to(route, before.pose.heading):
         return None
@@ -187,7 +135,53 @@ def join(request: PathRequest, before: Reference, rest: Rest | None = None, anew
     return Motion([*stopped.parts, *_from_rest(route, ways, start, stands, request)], route.ignored)
 
 
-def _ends_at(ways: Sequence[_Way], pose: Pose) -> bool:
+def lead_over(request: PathRequest, before: Reference, rest: Rest) -> Motion:
+    """
+    Plan the rest of a motion again, along a route that a correction has moved.
+
+    Parameters
+    ----------
+    request : PathRequest
+        The route, where it lies now.
+    before : Reference
+        Pose and motion of the cart.
+    rest : Rest
+        The present motion, from the cart on; in a turn and backwards the cart stops first.
+
+    Raises
+    ------
+    ParameterError
+        If no motion along it keeps the limits.
+
+    """
+    route = route_of(request)
+    ways = [way_of(stretch) for stretch in route.stretches]
+    paths = [part for part in rest.parts if isinstance(part, PlannedPath)]
+    number, present = len(ways) - max(1, len(paths)), rest.parts[0]
+    length = ways[number].length
+    if present in paths:
+        length -= sum(math.dist(*two) for two in pairwise(polyline(present.remaining(rest.time)))) + _BEHIND
+    elif paths:
+        length = 0.0
+
+    def start(at: Pose) -> _Start:
+        follower = Follower(ways[number].points, max(0.0, length))
+        return _Start(number, *reversed((follower.distance(at[:2]), follower.length)))
+
+    stretch, parts = route.stretches[number], []
+    if moves(before):
+        if present in paths and not stretch.backward:
+            joined = _joined(ways[number], start(before.pose), before, (), request, stretch, _LED)
+            return Motion(_continued(joined, route, number), route.ignored)
+        stopped = stop(rest, request, before)
+        before, parts = stopped.reference(stopped.period), list(stopped.parts)
+    if not paths:
+        # on the spot at the end
+        return Motion(parts + parts_of(route, len(ways), before.pose.heading), route.ignored)
+    return Motion([*parts, *_from_rest(route, ways, start(before.pose), before, request)], route.ignored)
+
+
+def _ends_at(ways: Sequence[Way], pose: Pose) -> bool:
     """Return whether a route ends at a pose, and is no lap from there to there."""
     first, last = ways[0].points[0], ways[-1].points[-1]
     return math.dist(last, pose[:2]) < _SAME_END and (
@@ -200,7 +194,7 @@ def _turns_to(route: Route, heading: float) -> bool:
 
 
 def _is_same(
-    rest: Rest, route: Route, ways: Sequence[_Way], before: Reference, request: PathRequest
+    rest: Rest, route: Route, ways: Sequence[Way], before: Reference, request: PathRequest
 ) -> bool:
     """Return whether a route leads where the rest of the present motion does."""
     near, last = _SAME_WAY * request.path.rounding, rest.parts[-1]
@@ -228,7 +222,7 @@ def _continued(joined: PlannedPath, route: Route, number: int) -> list[Part]:
 
 
 def _from_rest(
-    route: Route, ways: Sequence[_Way], start: _Start, before: Reference, request: PathRequest
+    route: Route, ways: Sequence[Way], start: _Start, before: Reference, request: PathRequest
 ) -> list[Part]:
     """Return the parts from a cart at rest on; where the path leads far aside, it turns on the spot first."""
     stretch, way = route.stretches[start.number], ways[start.number]
@@ -254,7 +248,8 @@ def _from_rest(
 
 
 def _joined(
-    way: _Way, start: _Start, before: Reference, ahead: Sequence[Span], request: PathRequest, stretch: Stretch
+    way: Way, start: _Start, before: Reference, ahead: Sequence[Span], request: PathRequest, stretch: Stretch,
+    lengths: Sequence[float] = _LENGTHS,
 ) -> PlannedPath:
     """Return the motion along a stretch, from a cart on whose present path the spans lie ahead."""
     most, near = request.path.join_distance, _SAME_WAY * request.path.rounding
@@ -267,7 +262,7 @@ def _joined(
         places.append(_place(ahead, beside, leaves - most))
     refusal = ParameterError([])
     # as late as the limits allow
-    for place, length, slack in product(reversed(places), _LENGTHS if before.velocity.linear else _FROM_REST, SLACK):
+    for place, length, slack in product(reversed(places), lengths if before.velocity.linear else _FROM_REST, SLACK):
         control = way.after(place.length + length * most)
         shape = [*_joint(place.pose, place.curvature, control[0][0]), *(point for point, _ in control)]
         spans = [*place.spans, *spline([*shape, _beyond(shape)])]
@@ -333,7 +328,7 @@ class _Beside(NamedTuple):
     number: int
 
 
-def _beside(ahead: Sequence[Span], way: _Way, begin: float) -> list[_Beside]:
+def _beside(ahead: Sequence[Span], way: Way, begin: float) -> list[_Beside]:
     """Return points of the present path, some centimetres apart, beside a new one from a length [m] along it on."""
     found, travelled, follower = [], 0.0, Follower(way.points, begin)
     for n, span in enumerate(ahead):

@@ -74,7 +74,9 @@ def after_a_pause(cart: WaitingCart, now: float) -> WaitingCart:
     return cart._replace(now=now, rate=0.0)
 
 
-def move_cart(cart: WaitingCart, now: float, age: float, pose: Pose, at: Pose, wait_distance: float) -> WaitingCart:
+def move_cart(
+    cart: WaitingCart, now: float, age: float, pose: Pose, at: Pose, wait_distance: float, hold: str = ''
+) -> WaitingCart:
     """
     Advance the cart along its curve, or let it wait.
 
@@ -92,6 +94,8 @@ def move_cart(cart: WaitingCart, now: float, age: float, pose: Pose, at: Pose, w
         Of the cart at the previous step.
     wait_distance : float
         [m].
+    hold : str
+        Another reason to wait, for which the cart slows down over a second; '' for none.
 
     Returns
     -------
@@ -101,16 +105,17 @@ def move_cart(cart: WaitingCart, now: float, age: float, pose: Pose, at: Pose, w
     """
     moved = apart(pose, cart.place) > _MOVED or _turned(pose, cart.place) > _TURNED
     place, since = (pose, now) if moved else (cart.place, cart.since)
-    why = _reason(cart.why, _Robot(age, apart(pose, at), _turned(pose, at), now - since > STANDING), wait_distance)
+    robot = _Robot(age, apart(pose, at), _turned(pose, at), now - since > STANDING)
+    why = hold or _reason(cart.why, robot, wait_distance)
     dt = now - cart.now
-    rate = 0.0 if why else min(1.0, cart.rate + dt / _RAMP)
+    rate = max(0.0, cart.rate - dt / _RAMP) if hold else 0.0 if why else min(1.0, cart.rate + dt / _RAMP)
     return WaitingCart(now, cart.time + rate * dt, rate, why, place, since)
 
 
-def slowed(reference: Reference, rate: float) -> Reference:
-    """Return the reference of a cart whose time runs at a rate from 0 to 1; below 1, the rate grows."""
+def slowed(reference: Reference, rate: float, waits: bool = False) -> Reference:
+    """Return the reference of a cart whose time runs at a rate from 0 to 1; below 1 it grows, or falls to a wait."""
     v, a = reference.velocity, reference.acceleration
-    growth = 1.0 / _RAMP if 0.0 < rate < 1.0 else 0.0
+    growth = (-1.0 if waits else 1.0) / _RAMP if 0.0 < rate < 1.0 else 0.0
     return Reference(
         reference.pose,
         BodyVelocity(rate * v.linear, rate * v.angular),
@@ -121,7 +126,7 @@ def slowed(reference: Reference, rate: float) -> Reference:
 
 def later(cart: WaitingCart, dt: float) -> WaitingCart:
     """Return a cart after some time [s] without a wait or the end of one."""
-    rate = 0.0 if cart.why else min(1.0, cart.rate + dt / _RAMP)
+    rate = max(0.0, cart.rate - dt / _RAMP) if cart.why else min(1.0, cart.rate + dt / _RAMP)
     return cart._replace(now=cart.now + dt, time=cart.time + rate * dt, rate=rate)
 
 

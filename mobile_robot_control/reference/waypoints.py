@@ -82,6 +82,8 @@ class Waypoints(NamedTuple):
         return Waypoints(self.points[kept], self.speeds[kept], self.places[kept])
 
 
+NO_WAYPOINTS = Waypoints((), (), ())
+
 _Row = tuple[int, Mapping[str, Any]]
 """The line of an entry, and its texts by meaning; {} for what is no entry."""
 

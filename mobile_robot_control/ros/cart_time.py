@@ -12,7 +12,9 @@ from mobile_robot_control.messages.parsing import RefusedMessageError
 from mobile_robot_control.quantities import NANOSECONDS, Pose, Reference
 from mobile_robot_control.reference.cart import with_period
 from mobile_robot_control.reference.course import Course, CurveCourse, Standing, references_along
-from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.curves import CURVES, PATH
+from mobile_robot_control.reference.led_course import course_at, led_over
+from mobile_robot_control.reference.localisation import SAME
 from mobile_robot_control.reference.waiting import (
     NEAR,
     WaitingCart,
@@ -23,11 +25,18 @@ from mobile_robot_control.reference.waiting import (
     move_cart,
     slowed,
 )
-from mobile_robot_control.reference.waypoints import Waypoints
+from mobile_robot_control.reference.waypoints import NO_WAYPOINTS
 from mobile_robot_control.ros.clock import SteadyClock
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.inputs import InputMonitor
-from mobile_robot_control.settings.nodes import ReferenceCartParameters, awaits_path, course_of, path_request
+from mobile_robot_control.settings.nodes import (
+    ReferenceCartParameters,
+    awaits_path,
+    course_driven,
+    drawing_of,
+    path_of,
+    path_request,
+)
 
 if TYPE_CHECKING:
     from mobile_robot_control.ros.path_planning import PathAnswer, PathQuestion
@@ -59,11 +68,32 @@ class CartCourse:
         self._horizon, self._period = cart.shared.reference_horizon, period
         self.begin(cart, Pose(0.0, 0.0, 0.0))
 
-    def begin(self, cart: ReferenceCartParameters, pose: Pose) -> None:
-        """Begin a run on the course of the parameters; a cart that awaits its path stands at the robot's pose."""
+    def begin(self, cart: ReferenceCartParameters, pose: Pose, correction: Pose | None = None) -> None:
+        """
+        Begin a run on the course of the parameters.
+
+        A cart that awaits its path stands at the robot's pose, and so does one that awaits its first correction.
+        """
         self._cart, self._given = cart, cart.curve
-        self._begin_at(Standing(pose) if awaits_path(cart) else course_of(cart), 0)
+        self.correction = SAME if not self.awaits_corrections else correction
+        self._waypoints = NO_WAYPOINTS
+        self._begin_at(Standing(pose), 0)
         self._leads_on = not awaits_path(cart)
+        if self.correction is not None:
+            self.place(self.correction, 0)
+
+    @property
+    def awaits_corrections(self) -> bool:
+        """Whether a localisation corrects the course: none that is drawn."""
+        return self._cart.shared.is_localised and not drawing_of(self._cart)
+
+    def place(self, correction: Pose, time: int) -> None:
+        """Begin the course of the parameters at a time [ns], with the first correction of a run."""
+        self.correction = correction
+        if not awaits_path(self._cart):
+            self._waypoints = request.waypoints if (request := path_of(self._cart)) else NO_WAYPOINTS
+            self._begin_at(course_driven(self._cart) if correction == SAME else course_at(
+                self._given.curve, self._given.placement, request, correction), time)
 
     def _begin_at(self, course: Course, begins: int) -> None:
         """Start a course at a time [ns]."""
@@ -85,29 +115,45 @@ class CartCourse:
             self._course = course._replace(placement=with_period(course.placement, period, time))
             self._given = self._given._replace(placement=self._given.placement._replace(period=period))
 
-    def question(self, message: bytes, time: int) -> 'PathQuestion':
-        """Make the planning question for a message on `path` at a time along the course [ns]."""
+    def lead_over(self, correction: Pose, time: int) -> None:
+        """Lead over to a curve that a correction has moved, from a time along the course [ns] on."""
+        given = CurveCourse(CURVES[self._given.curve], self._cart.curve.placement)
+        self._course, _ = led_over(self._course, (), correction, (time - self._begins) / NANOSECONDS, given)
+        self.correction = correction
+
+    def question(self, message: bytes, time: int, correction: Pose | None = None) -> 'PathQuestion':
+        """Make the planning question for a message on `path`, or a correction, at a time along the course [ns]."""
         from mobile_robot_control.reference.motion import Motion  # noqa: PLC0415 (needs NumPy)
         from mobile_robot_control.ros.path_planning import PathQuestion  # noqa: PLC0415 (needs NumPy)
 
         since = (time - self._begins) / NANOSECONDS
         return PathQuestion(
-            message, self._cart.shared.odom_frame_id, path_request(self._cart, Waypoints((), (), ())),
-            self._course.reference(since), self._course if isinstance(self._course, Motion) else None, since,
-            self._cart.timing != self._timing)
+            message, self._cart.shared.path_frame_id, path_request(self._cart, self._waypoints),
+            correction or self.correction or SAME, self._course.reference(since),
+            self._course if isinstance(self._course, Motion) else None, since, self._cart.timing != self._timing)
 
     def check_takes_paths(self) -> None:
-        """Raise RefusedMessageError if the cart drives a curve."""
+        """Raise RefusedMessageError if the cart drives a curve, or does not know where the path lies."""
         curve = self._given.curve
+        if self.correction is None:
+            raise RefusedMessageError('no correction', f'nothing leads from {self._cart.shared.path_frame_id} to '
+                                      f'{self._cart.shared.odom_frame_id} yet; start the localisation')
+        if drawing_of(self._cart):
+            raise RefusedMessageError('corrections are drawn', 'a path of the topic is corrected by /tf; leave '
+                                      'localisation.rate out')
         if curve != PATH:
             raise RefusedMessageError('the cart drives a curve',
                                       f"curve is '{curve}'; set curve = '{PATH}', with limits of timing")
 
     def take(self, answer: 'PathAnswer', begins: int) -> None:
         """Follow an answer from a time along the course [ns] on."""
+        self._waypoints = answer.waypoints or NO_WAYPOINTS
         if answer.goes_on:
             return
-        self._leads_on = bool(answer.points)
+        if answer.correction is None:
+            self._leads_on = bool(answer.points)
+        else:
+            self.correction = answer.correction
         self._begin_at(answer.planned or Standing(self.reference(begins / NANOSECONDS).pose), begins)
 
     def has_ended(self, time: int) -> bool:
@@ -280,16 +326,18 @@ class CartWait:
         Returns the reference at a time along the curve [s].
     horizon : int
         Number of steps ahead with a reference.
+    hold : callable
+        Returns another reason to wait; '' for none.
 
     """
 
     def __init__(
         self, node: Node, clock: SteadyClock, monitor: InputMonitor, wait_distance: float, period: float,
-        reference_at: Callable[[float], Reference], horizon: int = 0,
+        reference_at: Callable[[float], Reference], horizon: int = 0, hold: Callable[[], str] = lambda: '',
     ) -> None:
         self._node, self._clock, self._monitor = node, clock.now, monitor
         self._longest = max(_HELD_UP, 3.0 * period)
-        self._period, self._horizon = period, horizon
+        self._period, self._horizon, self._hold = period, horizon, hold
         self._wait_distance, self._reference_at = wait_distance, reference_at
         self._cart: WaitingCart | None = None
         self._pose = self._at = reference_at(0.0).pose
@@ -328,13 +376,14 @@ class CartWait:
         before = self._cart or begin_waiting(now, self._pose)
         if now - before.now > self._longest:
             before = after_a_pause(before, now)
-        self._cart = move_cart(before, now, self._monitor.age('odom'), self._pose, self._at, self._wait_distance)
+        self._cart = move_cart(before, now, self._monitor.age('odom'), self._pose, self._at, self._wait_distance,
+                               self._hold())
         if self._cart.why and not before.why:
             self._log_wait(self._cart)
         elif before.why and not self._cart.why:
             self._node.get_logger().info('the cart drives')
         carts = accumulate(range(self._horizon), lambda cart, _: later(cart, self._period), initial=self._cart)
-        references = tuple(slowed(self._reference_at(cart.time), cart.rate) for cart in carts)
+        references = tuple(slowed(self._reference_at(cart.time), cart.rate, bool(cart.why)) for cart in carts)
         self._at = references[0].pose
         return references
 

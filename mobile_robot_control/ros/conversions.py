@@ -9,7 +9,7 @@ from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import read_plain_twist
 from mobile_robot_control.quantities import period_nanoseconds
 from mobile_robot_control.ros.inputs import InputValidator
-from mobile_robot_control.settings.nodes import Shared
+from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 

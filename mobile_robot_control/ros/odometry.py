@@ -13,7 +13,7 @@ from mobile_robot_control.control.compensation import NO_ODOMETRY, advanced, car
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, period_nanoseconds
 from mobile_robot_control.ros.clock import SteadyClock
 from mobile_robot_control.ros.peers import PublisherWatch
-from mobile_robot_control.settings.nodes import Shared
+from mobile_robot_control.settings.shared import Shared
 
 
 class OdomAge:

@@ -1,4 +1,4 @@
-"""The reference cart's response to a message on the topic `path`: a function of messages, for any process."""
+"""The reference cart's response to a message on `path`, or to a correction: a function, for any process."""
 
 import time
 from functools import partial
@@ -7,12 +7,13 @@ from typing import NamedTuple
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, read_path
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.quantities import Reference
+from mobile_robot_control.quantities import Pose, Reference
 from mobile_robot_control.reference.joining import join
+from mobile_robot_control.reference.led_course import led_over, waypoints_in_odometry
 from mobile_robot_control.reference.motion import Motion
 from mobile_robot_control.reference.path_parameters import PathRequest
 from mobile_robot_control.reference.stopping import moves, stop
-from mobile_robot_control.reference.waypoints import checked_waypoints
+from mobile_robot_control.reference.waypoints import Waypoints, checked_waypoints
 from mobile_robot_control.topics import PATH_TOPIC
 
 PATH_KIND = 'nav_msgs/msg/Path'
@@ -20,16 +21,18 @@ PATH_KIND = 'nav_msgs/msg/Path'
 
 class PathQuestion(NamedTuple):
     """
-    A message on `path`, and the motion of the cart that will follow it.
+    A message on `path` or a correction of the present path, and the motion of the cart that will follow it.
 
     Attributes
     ----------
     message : bytes
-        Serialised, from any source.
+        Serialised, from any source; empty for a correction.
     frame : str
-        Of odometry.
+        Of the path.
     request : PathRequest
-        Limits; its waypoints are not used.
+        Limits; its waypoints are those of the present path, in its frame, which a message replaces.
+    correction : Pose
+        Of the frame of odometry in that of the path.
     at : Reference
         Pose and motion of the cart at the start of the path.
     course : Motion or None
@@ -44,6 +47,7 @@ class PathQuestion(NamedTuple):
     message: bytes
     frame: str
     request: PathRequest
+    correction: Pose
     at: Reference
     course: Motion | None
     time: float
@@ -59,7 +63,11 @@ class PathAnswer(NamedTuple):
     planned : Motion or None
         None if it stands.
     points : list of tuple of float
-        Positions of the message [m], with headings [rad] if `path` uses them; none for a stop.
+        Positions of the message [m], with headings [rad] if `path` uses them; none for a stop, or a correction.
+    waypoints : Waypoints or None
+        Of the path, in its frame; None for a stop.
+    correction : Pose or None
+        The correction that leads the cart over; None for an answer to a message.
     refusal : tuple of str
         A reason and its detail; () without a refusal.
     goes_on : bool
@@ -74,12 +82,27 @@ class PathAnswer(NamedTuple):
     refusal: tuple[str, ...] = ()
     goes_on: bool = False
     seconds: float = 0.0
+    waypoints: Waypoints | None = None
+    correction: Pose | None = None
 
 
 def answer(question: PathQuestion) -> PathAnswer:
     """Plan the cart's next motion from a message."""
     begun = time.process_time()
-    return _answered(question)._replace(seconds=time.process_time() - begun)
+    answered = _answered(question) if question.message else _corrected(question)
+    return answered._replace(seconds=time.process_time() - begun)
+
+
+def _corrected(question: PathQuestion) -> PathAnswer:
+    """Lead the cart over to where its path lies now; where that keeps no limits, it goes on."""
+    request, course = question.request, question.course
+    assert course is not None  # noqa: S101 (for mypy: a cart that stands for good is not led)
+    try:
+        planned, _ = led_over(course, request, question.correction, question.time, course)
+    except ParameterError:
+        return PathAnswer(None, [], goes_on=True, waypoints=request.waypoints)
+    assert isinstance(planned, Motion)  # noqa: S101 (for mypy: of a path)
+    return PathAnswer(planned, [], waypoints=request.waypoints, correction=question.correction)
 
 
 def _answered(question: PathQuestion) -> PathAnswer:
@@ -97,8 +120,9 @@ def _answered(question: PathQuestion) -> PathAnswer:
         try:
             rows = [(f'pose {n}', dict(zip(('x', 'y', 'heading'), one, strict=False))) for n, one in enumerate(points)]
             waypoints = checked_waypoints(rows, PATH_TOPIC)
-            planned = join(request._replace(waypoints=waypoints), question.at, rest, question.anew)
-            return PathAnswer(planned, points, goes_on=planned is None)
+            route = request._replace(waypoints=waypoints_in_odometry(waypoints, question.correction))
+            planned = join(route, question.at, rest, question.anew)
+            return PathAnswer(planned, points, goes_on=planned is None, waypoints=waypoints)
         except ParameterError as error:
             refusal = 'cannot be driven', '; '.join(error.violations)
     if rest is None or not moves(question.at):

@@ -18,6 +18,7 @@ from mobile_robot_control.control.limits import TrackingLimit, limit_command
 from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation, Pose, Reference, TrackingError
 from mobile_robot_control.ros.diagnostics import Condition
+from mobile_robot_control.ros.localisation import JumpWatch
 from mobile_robot_control.ros.odometry import CONFLICT, OdomConflict, OdomTwist
 from mobile_robot_control.ros.safety_stop import SafetyStop, refuse_to_stop
 from mobile_robot_control.settings.nodes import PositionControllerParameters
@@ -207,6 +208,7 @@ class RobotGuard:
         self._stop = SafetyStop(node, act, lambda why: publish({'stop': why} if why else {'release': True}))
         self._twist, self._make_conflict, self._conflict = OdomTwist(node), conflict, conflict()
         self._pose = Pose(0.0, 0.0, 0.0)
+        self._corrections = JumpWatch()
         self._far = ''
 
     @property
@@ -236,6 +238,19 @@ class RobotGuard:
         if drives and (0.0 < limits.odom_jump < moved or 0.0 < limits.odom_turn < turned):
             self._stop.stop(f'{words}, and limits.odom_jump is {limits.odom_jump:g} m, limits.odom_turn '
                             f'{limits.odom_turn:g} rad; see whether it knows where it is, then call release')
+
+    def note_correction(self, correction: Pose, limits: TrackingLimit, drives: bool) -> None:
+        """Receive a correction of odometry; stop a robot that drives, if it jumps beyond the limits."""
+        moved, turned = self._corrections.jump(correction, self._pose)
+        if not (0.0 < limits.localisation_jump < moved or 0.0 < limits.localisation_turn < turned):
+            return
+        words = f'the localisation has moved the robot by {moved:.2f} m and {turned:.2f} rad at once'
+        self._node.get_logger().warning(words)
+        self._publish({'localisation_jump': [moved, turned]})
+        if drives:
+            self._stop.stop(f'{words}, and limits.localisation_jump is {limits.localisation_jump:g} m, '
+                            f'limits.localisation_turn {limits.localisation_turn:g} rad; see whether it knows where '
+                            'it is, then call release')
 
     def is_held(self, values: PositionControllerParameters) -> bool:
         """Return whether the robot must stand."""

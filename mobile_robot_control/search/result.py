@@ -21,8 +21,9 @@ from mobile_robot_control.search.page import search_figure, write_search_page
 from mobile_robot_control.search.request import Search
 from mobile_robot_control.search.search import Found, Generation
 from mobile_robot_control.settings.configure import File
-from mobile_robot_control.settings.nodes import Configuration, Shared, course_of
+from mobile_robot_control.settings.nodes import Configuration, course_of
 from mobile_robot_control.settings.provenance import provenance
+from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.system.texts import printable
 from mobile_robot_control.version import __version__

@@ -14,14 +14,8 @@ from mobile_robot_control.parameters.declaration import ParameterError, build, d
 from mobile_robot_control.reference.cart import Placement
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.settings.files import Override, Values, load
-from mobile_robot_control.settings.nodes import (
-    NODES,
-    Configuration,
-    Shared,
-    awaits_path,
-    course_of,
-    velocity_loop_is_stable,
-)
+from mobile_robot_control.settings.nodes import NODES, Configuration, awaits_path, course_of, velocity_loop_is_stable
+from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.system.texts import printable
 
 _PACKAGE = Path(__file__).resolve().parents[1]

@@ -13,13 +13,14 @@ from mobile_robot_control.model.base import base_violations
 from mobile_robot_control.model.friction import Friction
 from mobile_robot_control.model.motors import Motor
 from mobile_robot_control.model.plant import VELOCITY, PlantModel
-from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.model.sensors import is_ideal, sensor_violations
 from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError, declarations, rule
-from mobile_robot_control.quantities import FASTEST, NANOSECONDS, period_nanoseconds
+from mobile_robot_control.quantities import period_nanoseconds
 from mobile_robot_control.reference.cart import CurveParameters, Placement, too_fast_to_send
 from mobile_robot_control.reference.course import Course, make_course
 from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.led_course import driven_course
+from mobile_robot_control.reference.localisation import Drawing, Localisation
 from mobile_robot_control.reference.path_parameters import (
     NO_FILE,
     Drive,
@@ -31,104 +32,8 @@ from mobile_robot_control.reference.path_parameters import (
 from mobile_robot_control.reference.waiting import WaitParameters
 from mobile_robot_control.reference.waypoints import Waypoints
 from mobile_robot_control.settings.recorded_path import waypoints_in
+from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import LOOPS, PATH_TOPIC, LoopGraph, extended, with_truth
-
-SENT, SAMPLED = 'sent', 'sampled'
-
-
-class FeedforwardSwitch(NamedTuple):
-    """The switch for feedforward of the reference's acceleration."""
-
-    enabled: Annotated[
-        bool, Field('', "feed the reference's acceleration forward: the command leads by feedforward.lag and "
-                        'feedforward.dead_time, and wheel torques contain the inverse dynamics of robot; needs '
-                        'reference_horizon >= 1')
-    ] = False
-
-
-class Shared(NamedTuple):
-    """Parameters shared by all four nodes."""
-
-    robot: Robot = Robot()
-    velocity_rate: Annotated[
-        float, Field('Hz', 'rate of the plant and the velocity loop, with a period of whole nanoseconds: larger allows '
-                     'larger velocity gains and costs more CPU', minimum=0.001, maximum=FASTEST)
-    ] = 500.0
-    position_rate: Annotated[
-        float, Field('Hz', 'rate of the position loop, a divisor of velocity_rate: larger makes smaller steps of the '
-                     'command', minimum=0.001, maximum=FASTEST)
-    ] = 100.0
-    lockstep: Annotated[
-        bool, Field('', 'true: simulated time waits for every node; false: each node runs on its own wall clock')
-    ] = True
-    peer_timeout: Annotated[
-        float, Field('s', 'wall time after which a node reports that an input is missing', above=0.0)
-    ] = 2.0
-    stamp_tolerance: Annotated[
-        float, Field('s', 'wall clock: largest difference of a stamp from now; other messages are refused', above=0.0)
-    ] = 0.5
-    stamped_cmd_vel: Annotated[
-        bool, Field('', 'false: cmd_vel is a plain Twist, for bases that take no other (on the wall clock alone)')
-    ] = True
-    odometry_stamped: Annotated[
-        str, Field('', 'time of the stamp of odom: sent, when the base sends it, or sampled, when it measures; with '
-                       'sampled, a controller that compensates latency knows its age', choices=(SENT, SAMPLED))
-    ] = SENT
-    reference_horizon: Annotated[
-        int, Field('', "position ticks ahead with the cart's pose, velocity and acceleration on reference_horizon, 0 "
-                       'for none: larger lets a law look farther ahead', minimum=0, maximum=1000)
-    ] = 0
-    feedforward: FeedforwardSwitch = FeedforwardSwitch()
-    odom_frame_id: Annotated[str, Field('', 'frame of odometry, reference and path')] = 'odom'
-    base_frame_id: Annotated[str, Field('', "frame of the robot, at the axle's centre")] = 'base_link'
-    reference_frame_id: Annotated[str, Field('', 'frame of the reference cart')] = 'reference_cart'
-
-    @property
-    def stamps_samples(self) -> bool:
-        """Whether odom carries the time of its sampling as its stamp."""
-        return self.odometry_stamped == SAMPLED
-
-    @property
-    def has_odom_time(self) -> bool:
-        """Whether a separate message carries it: in lockstep the stamp of odom is that of the question."""
-        return self.lockstep and self.stamps_samples
-
-
-def _whole_nanoseconds(rate: float) -> bool:
-    """Return whether the period of a rate [Hz] is whole nanoseconds."""
-    period = period_nanoseconds(rate)
-    return period >= 1 and math.isclose(period * rate, NANOSECONDS, rel_tol=1e-12)
-
-
-@rule
-def _rates_divide(shared: Shared) -> Iterator[str]:
-    rates = {'velocity_rate': shared.velocity_rate, 'position_rate': shared.position_rate}
-    for name, rate in rates.items():
-        if not _whole_nanoseconds(rate):
-            near = NANOSECONDS / max(1, period_nanoseconds(rate))
-            yield (f'{name} = {rate} Hz has a period of {NANOSECONDS / rate:.3f} ns; stamps need whole nanoseconds: '
-                   f'the nearest rate is {near!r} Hz')
-    if all(_whole_nanoseconds(rate) for rate in rates.values()):
-        ratio = shared.velocity_rate / shared.position_rate
-        if period_nanoseconds(shared.position_rate) % period_nanoseconds(shared.velocity_rate):
-            lower, upper = math.floor(ratio), math.ceil(ratio)
-            choices = ' or '.join(repr(shared.velocity_rate / n) for n in (upper, lower) if n)
-            yield (f'position_rate = {shared.position_rate} Hz does not divide velocity_rate = '
-                   f'{shared.velocity_rate} Hz; take {choices} Hz')
-
-
-@rule
-def _lockstep_needs_stamps(shared: Shared) -> Iterator[str]:
-    if shared.lockstep and not shared.stamped_cmd_vel:
-        yield ('stamped_cmd_vel = False needs lockstep = False: in lockstep stamps decide; '
-               'set lockstep to false, or leave cmd_vel stamped')
-
-
-@rule
-def _feedforward_needs_accelerations(shared: Shared) -> Iterator[str]:
-    if shared.feedforward.enabled and shared.reference_horizon < 1:
-        yield ("feedforward.enabled = True needs reference_horizon = 1 or more, which is 0; write both under '/**'")
-
 
 _LONGEST_STEP = 3600.0
 """Longest wall time of a step when simulated time is slowed down [s]."""
@@ -224,6 +129,7 @@ class ReferenceCartParameters(NamedTuple):
     waiting: Annotated[WaitParameters, INLINE] = WaitParameters()
     path: PathParameters = PathParameters()
     timing: Timing = Timing()
+    localisation: Localisation = Localisation()
     # as for the plant, for the torques of a path
     motor: Motor = Motor()
     friction: Friction = Friction()
@@ -264,10 +170,10 @@ def path_of(cart: ReferenceCartParameters) -> PathRequest | tuple[()]:
     if cart.path.file == NO_FILE:
         raise ParameterError([f"curve = '{PATH}' needs path.file, a file of waypoints: only nodes take a path from the "
                               f'topic {PATH_TOPIC}'])
-    waypoints, frame = waypoints_in(cart.path), cart.shared.odom_frame_id
+    waypoints, frame = waypoints_in(cart.path), cart.shared.path_frame_id
     if waypoints.frame not in ('', frame):
-        raise ParameterError([f"path.file = '{cart.path.file}' is in the frame '{waypoints.frame}', and odom_frame_id "
-                              f"is '{frame}'; transform it"])
+        raise ParameterError([f"path.file = '{cart.path.file}' is in the frame '{waypoints.frame}', and path_frame is "
+                              f"'{frame}'; set path_frame, or transform it"])
     return path_request(cart, waypoints)
 
 
@@ -284,13 +190,25 @@ def awaits_path(cart: ReferenceCartParameters) -> bool:
 
 
 def course_of(cart: ReferenceCartParameters) -> Course:
-    """Return the course of the cart."""
+    """Return the course of the cart, without corrections."""
     return make_course(cart.curve.curve, cart.curve.placement, path_of(cart))
+
+
+def drawing_of(cart: ReferenceCartParameters) -> Drawing | tuple[()]:
+    """Return the drawing of corrections; () for none."""
+    if cart.localisation.rate <= 0.0:
+        return ()
+    return Drawing(cart.localisation, period_nanoseconds(cart.shared.position_rate), cart.shared.reference_horizon)
+
+
+def course_driven(cart: ReferenceCartParameters) -> Course:
+    """Return the course of the cart, with the corrections that are drawn."""
+    return driven_course(cart.curve.curve, cart.curve.placement, path_of(cart), drawing_of(cart))
 
 
 def known_course(cart: ReferenceCartParameters) -> Course | None:
     """Return the course of the cart; None if it awaits a path."""
-    return None if awaits_path(cart) else course_of(cart)
+    return None if awaits_path(cart) else course_driven(cart)
 
 
 def with_options(loop: LoopGraph, shared: Shared) -> LoopGraph:
@@ -355,6 +273,20 @@ def _unplaced(cart: ReferenceCartParameters) -> Iterator[str]:
         if value != getattr(Placement(), name):
             yield (f"{name} = {list(value) if isinstance(value, tuple) else value} places a curve, and curve is "
                    f"'{PATH}': leave it out, since waypoints and timing decide")
+
+
+@rule
+def _corrections_have_a_frame(cart: ReferenceCartParameters) -> Iterator[str]:
+    given, shared = cart.localisation, cart.shared
+    if given.rate > 0.0 and not (shared.is_localised and shared.lockstep):
+        yield (f'localisation.rate = {given.rate:g} Hz draws corrections of path_frame in lockstep, and path_frame is '
+               f"'{shared.path_frame}'; set path_frame to map and lockstep to true, or leave it out")
+    if given.rate > 0.0 and awaits_path(cart):
+        yield ('localisation.rate draws corrections for a path.file or a curve; name one, or leave it out: a path of '
+               'the topic path is corrected by /tf')
+    if shared.is_localised and not (shared.lockstep or cart.waiting.wait):
+        yield (f"path_frame = '{shared.path_frame}' needs wait = True on the wall clock, so that the cart stands while "
+               'the correction is missing')
 
 
 @rule

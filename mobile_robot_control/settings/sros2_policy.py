@@ -9,6 +9,7 @@ from mobile_robot_control.settings.files import namespace_fault
 from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.topics import (
     ALL_LOOP_TOPICS,
+    CORRECTION,
     DISTURBANCE,
     LOOPS,
     OTHER_INPUTS,
@@ -84,7 +85,7 @@ def _of_recorder() -> _Permissions:
 
 def _of_replayer() -> _Permissions:
     """Return the permissions of the node of `experiment --replay`: it repeats the changes of a run."""
-    return _Permissions(['/parameter_events', DISTURBANCE, PATH_TOPIC], [], [
+    return _Permissions(['/parameter_events', DISTURBANCE, PATH_TOPIC, CORRECTION], [], [
         *(f'{node}/set_parameters_atomically' for node in NODES), 'plant/reset'])
 
 

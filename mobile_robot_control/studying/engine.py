@@ -57,7 +57,7 @@ def draw_robots(
     ParameterError
         If the file has no estimates, the plant has none of its parameters, or no drawn robot is within the bounds.
     """
-    names, values, covariance = read_estimates(file)
+    names, values, covariance, _ = read_estimates(file)
     spread, directions = np.linalg.eigh(covariance)
     factor = directions * np.sqrt(np.maximum(spread, 0.0))
 
@@ -330,7 +330,9 @@ def study_lines(request: StudyRequest, results: Mapping[str, StudiedController])
     failures = [f'{name}: {text}' if several else text for name, studied in results.items()
                 for text in failure_texts(studied.scenarios, studied.judged)]
     compared = comparison_texts(_judged(results), request.metrics, request.settled_within)
-    return [*as_lines(successes), *brief_lines([one.promise for one in results.values()]),
+    robots = [] if request.robot_uncertainty is None else [
+        f'robots are drawn from the {read_estimates(request.robot_uncertainty).origin}']
+    return [*as_lines([*successes, *robots]), *brief_lines([one.promise for one in results.values()]),
             *as_lines([*failures, *compared])]
 
 

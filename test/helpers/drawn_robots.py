@@ -80,7 +80,8 @@ def record(path, random, base, latency=0.04, seconds=40.0, asked=None, lost=0.05
 
 
 def record_stand_in(path, base, seconds=60.0, box=4.0, fastest=(0.8, 2.0), rate=50.0):
-    """Write the bag of a stand-in base that is excited as the command `excite` does."""
+    """Write the bag of a stand-in base that is excited as the command `excite` does, with its pose from outside."""
+    random = np.random.default_rng(0)
     robot, state, area = StandIn(base, (0.0, 0.0, 0.0)), Excited(), Area(box, box, BodyVelocity(*fastest))
     every, newest, messages = round(1.0 / rate / STEP), 0.0, []
     for k in range(round(seconds / STEP)):
@@ -91,6 +92,8 @@ def record_stand_in(path, base, seconds=60.0, box=4.0, fastest=(0.8, 2.0), rate=
             newest = stamp
             messages.append((now, 'odom', ODOM(WALL + round(1e9 * stamp), Pose(*pose), BodyVelocity(*twist))))
         if k % every == 0:
+            seen = Pose(*(robot.pose + random.normal(0.0, 1e-3, 3)).tolist())
+            messages.append((now, 'ground_truth', GROUND_TRUTH(now, seen, BodyVelocity(robot.v, robot.omega))))
             state, command = excite(state, k * STEP, Pose(*pose), BodyVelocity(*twist), area)
             robot.commanded = command
             messages.append((now, 'cmd_vel', CMD_VEL(now, command)))

@@ -23,6 +23,7 @@ class Base(Node):
 
     def __init__(self, plain, **options):
         super().__init__('base', **options)
+        self.frame = 'map'
         self.x, self.y, self.heading, self.v, self.omega, self.command = 1.0, 0.0, 0.5 * math.pi, 0.0, 0.0, Twist()
         kind, topic = (Twist, 'plain_cmd_vel') if plain else (TwistStamped, 'cmd_vel')
         self.create_subscription(kind, topic, self.take, 1)
@@ -40,7 +41,7 @@ class Base(Node):
         self.heading += PERIOD * self.omega
         message = Odometry(child_frame_id='base_footprint')
         message.header.stamp = self.get_clock().now().to_msg()
-        message.header.frame_id = 'map'
+        message.header.frame_id = self.frame
         message.pose.pose.position.x, message.pose.pose.position.y = self.x, self.y
         message.pose.pose.orientation.z = math.sin(0.5 * self.heading)
         message.pose.pose.orientation.w = math.cos(0.5 * self.heading)

@@ -31,6 +31,10 @@ class Base(NamedTuple):
     lost: float = 0.0
     ticks: int = 0
     sent: bool = False
+    second_lag: float = 0.0
+    quantum: float = 0.0
+    scrub: float = 0.0
+    skid: float = 0.0
 
 
 class StandIn:
@@ -40,7 +44,7 @@ class StandIn:
         self.base, self.pose = base, tuple(pose)
         self.k, self.v, self.omega, self._ramped = 0, 0.0, 0.0, 0.0
         self.commanded = (0.0, 0.0)
-        self._taken, self._coming = (0.0, 0.0), deque()
+        self._taken, self._coming, self._first = (0.0, 0.0), deque(), (0.0, 0.0)
         self.odometry = deque([(0.0, self.pose, (0.0, 0.0))])
         self._sampled = deque()
         self._turned, self._counted, self._reckoned = [0.0, 0.0], [0, 0], self.pose
@@ -85,7 +89,7 @@ class StandIn:
                 self._coming.append((arrives, self.commanded))
         while self._coming and self._coming[0][0] <= time:
             self._taken = self._coming.popleft()[1]
-        v, omega = self._taken
+        v, omega = (base.quantum * round(one / base.quantum) if base.quantum else one for one in self._taken)
         asked = max(-base.fastest, min(base.fastest, v))
         if abs(asked) < base.dead_zone:
             asked = 0.0
@@ -94,13 +98,21 @@ class StandIn:
         # each wheel turns as if both were alike, and as if it did not skid
         v, omega = (self._ramped + 0.5 * base.unlike * LEVER * omega,
                     base.turn * (omega + 0.5 * base.unlike * self._ramped / LEVER))
+        omega *= 1.0 - base.scrub * math.exp(-abs(v) / 0.1)
+        if base.second_lag:
+            share = STEP / base.second_lag
+            v, omega = self._first = [one + share * (new - one) for one, new in zip(
+                self._first, (v, omega), strict=True)]
         self.v += STEP / base.lag * (v - self.v)
         self.omega += STEP / base.lag * (omega - self.omega)
         for wheel, side in enumerate((1.0, -1.0)):
             self._turned[wheel] += STEP * (self.v + side * LEVER * self.omega) / RADIUS
         x, y, heading = self.pose
-        heading += STEP * self.omega
-        self.pose = (x + STEP * self.v * math.cos(heading), y + STEP * self.v * math.sin(heading), heading)
+        along = abs(self.v) / (abs(self.v) + LEVER * abs(self.omega) + 1e-9)
+        heading += STEP * self.omega * (1.0 - base.skid * (1.0 - 0.5 * along))
+        aside = -0.1 * base.skid * LEVER * self.omega
+        self.pose = (x + STEP * (self.v * math.cos(heading) - aside * math.sin(heading)),
+                     y + STEP * (self.v * math.sin(heading) + aside * math.cos(heading)), heading)
         self.k += 1
 
 

@@ -10,7 +10,8 @@ import yaml
 
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.settings.nodes import NODES, Shared
+from mobile_robot_control.settings.nodes import NODES
+from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 ROOT = Path(__file__).parents[2]

@@ -105,8 +105,6 @@ def _small_disk():
 
 
 def _terminal(slave):
-    # the tests may run under nohup
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)
     os.setsid()
     fcntl.ioctl(slave, termios.TIOCSCTTY, 0)
 

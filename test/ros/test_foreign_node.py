@@ -32,7 +32,7 @@ from mobile_robot_control.ros.stamp_policy import (
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
-from mobile_robot_control.settings.nodes import Shared
+from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 FILE = Path(foreign_position_controller.__file__)

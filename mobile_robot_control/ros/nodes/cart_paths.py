@@ -6,7 +6,7 @@ from concurrent.futures import Future
 from typing import TYPE_CHECKING, NamedTuple
 
 from mobile_robot_control.messages.parsing import RefusedMessageError, has_no_poses, serialised_stamp
-from mobile_robot_control.quantities import NANOSECONDS
+from mobile_robot_control.quantities import NANOSECONDS, Pose
 from mobile_robot_control.ros.cart_time import CartCourse, CartTime
 from mobile_robot_control.topics import PATH_TOPIC
 
@@ -63,6 +63,7 @@ class LockstepPaths:
     def __init__(self, course: CartCourse, period: int, reached: Callable[[], int | None]) -> None:
         self._course, self._period, self._reached = course, period, reached
         self._waiting: dict[int, bytes] = {}
+        self._correction: Pose | None = None
         self._has_run = False
 
     def receive(self, message: bytes) -> None:
@@ -78,6 +79,10 @@ class LockstepPaths:
             raise RefusedMessageError('too many wait', f'{_MOST} paths wait for their ticks; publish fewer ahead')
         self._waiting[tick if following <= tick <= following + _FAR else following] = message
 
+    def correct(self, correction: Pose) -> None:
+        """Lead the cart over at this tick, where no path begins."""
+        self._correction = correction
+
     def begin(self) -> None:
         """Forget the paths of the previous run; paths from before the first run wait for it."""
         if self._has_run:
@@ -87,18 +92,20 @@ class LockstepPaths:
     def due(self, stamp: int) -> Due | None:
         """Return the path of a tick [ns], planned; None if there is none."""
         due = sorted(tick for tick in self._waiting if tick <= stamp)
-        if not due:
+        correction, self._correction = self._correction, None
+        *_, message = (b'', *(self._waiting.pop(tick) for tick in due))
+        if not message and (correction is None or self._course.has_ended(stamp)):
             return None
-        *_, message = (self._waiting.pop(tick) for tick in due)
         from mobile_robot_control.ros.path_planning import answer  # noqa: PLC0415 (needs NumPy)
 
-        return Due(answer(self._course.question(message, stamp)), stamp)
+        return Due(answer(self._course.question(message, stamp, None if message else correction)), stamp)
 
 
 class _Asked(NamedTuple):
-    """A message in planning: the start of its path along the course [ns], the steady time of the question [s]."""
+    """A message or a correction in planning: its start along the course [ns], the steady time of the question [s]."""
 
     message: bytes
+    correction: Pose | None
     begins: int
     since: float
     future: 'Future[PathAnswer]'
@@ -128,6 +135,7 @@ class WallClockPaths:
         self._course, self._clock, self._node, self._validator = course, clock, node, validator
         self._process: PlanningProcess | None = None
         self._newest = b''
+        self._correction: Pose | None = None
         self._asked: _Asked | None = None
         self._ready: Due | None = None
         self._lead = _LEAD
@@ -154,13 +162,17 @@ class WallClockPaths:
             'overtaken', f'a newer path came before it could act; the cart follows one every {self._lead:.1f} s: '
             'publish fewer, or shorter ones'), every=_TOLD_EVERY)
 
+    def correct(self, correction: Pose) -> None:
+        """Lead the cart over, soon."""
+        self._correction = correction
+
     def plans(self) -> bool:
         """Return whether a path waits for its start."""
         return bool(self._newest) or self._asked is not None or self._ready is not None
 
     def begin(self) -> None:
         """Forget a path planned for the previous course."""
-        self._ready = None
+        self._ready = self._correction = None
         if self._asked is not None:
             self._newest = self._newest or self._asked.message
             self._asked = None
@@ -174,11 +186,15 @@ class WallClockPaths:
         if self._ready is not None and self._newest and (waits or has_no_poses(self._newest)):
             self._note_overtaken()
             self._ready = None
-        if self._asked is None and self._ready is None and self._newest:
+        if self._course.has_ended(now):
+            self._correction = None
+        if self._asked is None and self._ready is None and (self._newest or self._correction is not None):
+            correction = None if self._newest else self._correction
             begins = now if waits or self._course.has_ended(now) else now + round(self._lead * NANOSECONDS)
-            self._asked = _Asked(self._newest, begins, time.monotonic(), self._started().ask(
-                self._course.question(self._newest, begins)))
-            self._newest = b''
+            self._asked = _Asked(self._newest, correction, begins, time.monotonic(), self._started().ask(
+                self._course.question(self._newest, begins, correction)))
+            # a path begins with the correction in use, and is led over then
+            self._newest, self._correction = b'', None if correction is not None else self._correction
         if self._ready is None or (self._ready.begins > now and not self._ready.answer.goes_on):
             return None
         due, self._ready = self._ready, None
@@ -200,6 +216,8 @@ class WallClockPaths:
         has_ended = self._course.has_ended(asked.begins)
         if asked.begins >= now or has_ended:
             self._ready = Due(asked.future.result(), max(asked.begins, now) if has_ended else asked.begins)
+        elif asked.correction is not None:
+            self._correction = self._correction or asked.correction
         elif self._newest:
             self._note_overtaken()
         else:

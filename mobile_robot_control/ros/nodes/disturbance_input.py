@@ -15,7 +15,7 @@ from mobile_robot_control.ros.inputs import InputValidator
 from mobile_robot_control.ros.qos import SUBSCRIBED
 from mobile_robot_control.ros.run_events import RunEvents
 from mobile_robot_control.ros.stamp_policy import StampDecision, StampPolicy, WallClockStampPolicy
-from mobile_robot_control.settings.nodes import Shared
+from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import DISTURBANCE
 
 _MOST = 1000

@@ -25,7 +25,8 @@ from mobile_robot_control.ros.qos import SENSORS, SUBSCRIBED, flush, publish_on,
 from mobile_robot_control.ros.run_events import RunEvents
 from mobile_robot_control.ros.stamp_policy import Input, Inputs, StampDecision
 from mobile_robot_control.ros.wall_clock import FixedRateTimer, WallClockDriver
-from mobile_robot_control.settings.nodes import Shared, with_options
+from mobile_robot_control.settings.nodes import with_options
+from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import ALL_LOOP_TOPICS, LOOPS, MEASURED_TOPICS, OTHER_INPUTS, OTHER_TOPICS, LoopGraph
 
 

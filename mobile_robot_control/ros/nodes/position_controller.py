@@ -9,14 +9,10 @@ from mobile_robot_control.control.compensation import carried_forward, mean_acce
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.parameters.declaration import ParameterError, build
-from mobile_robot_control.quantities import (
-    NO_ACCELERATION,
-    BodyVelocity,
-    Observation,
-    Reference,
-)
+from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Observation, Pose, Reference
 from mobile_robot_control.ros.conversions import reader
 from mobile_robot_control.ros.diagnostics import LAW_FAILED, Condition
+from mobile_robot_control.ros.localisation import LocalisationInput
 from mobile_robot_control.ros.lockstep import Outputs
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
 from mobile_robot_control.ros.odometry import OdomAge, OdomConflict, WallClockOdomAge
@@ -56,6 +52,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
             {topic: Input(reader(topic, shared), self._position_period, _timeout) for topic in topics},
             ['cmd_accel', 'cmd_vel', 'tracking_error'] if self._feeds else ['cmd_vel', 'tracking_error'],
             shared.position_rate)
+        if isinstance(self._guard, RobotGuard) and shared.is_localised:
+            self._localisation = LocalisationInput(self, shared, self._validator, self._correct)
         self._monitor.latencies['odom'] = self.parameters.odom_latency
         for text in counted_twice(self.parameters):
             self.get_logger().warning(text)
@@ -124,6 +122,10 @@ class PositionController(LoopNode[PositionControllerParameters]):
         pose, velocity = value
         self._age.note(stamp, pose, velocity)
         return pose, self._guard.note(stamp, pose, velocity, self.parameters, self._drives)
+
+    def _correct(self, _stamp: int, correction: Pose) -> None:
+        assert isinstance(self._guard, RobotGuard)  # noqa: S101 (for mypy: only there it is called)
+        self._guard.note_correction(correction, self.parameters.limits, self._drives)
 
     def is_held(self) -> bool:
         """Return whether the robot is stopped."""

@@ -16,9 +16,11 @@ from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import RefusedMessageError
 from mobile_robot_control.quantities import NANOSECONDS, Pose
 from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.localisation import apart, composed
 from mobile_robot_control.ros.cart_time import PERIOD, CartCourse, CartTime, CartWait, LockstepTime, WallClockTime
 from mobile_robot_control.ros.conversions import reader
 from mobile_robot_control.ros.diagnostics import Condition
+from mobile_robot_control.ros.localisation import LocalisationInput, LockstepCorrections, WallClockCorrections
 from mobile_robot_control.ros.lockstep import Outputs
 from mobile_robot_control.ros.nodes.cart_paths import Due, LockstepPaths, WallClockPaths
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
@@ -26,7 +28,7 @@ from mobile_robot_control.ros.qos import LATCHED, QUIET, SUBSCRIBED
 from mobile_robot_control.ros.stamp_policy import Input, Inputs
 from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.settings.nodes import ReferenceCartParameters, awaits_path
-from mobile_robot_control.topics import PATH_TOPIC
+from mobile_robot_control.topics import CORRECTION, PATH_TOPIC
 
 _MOST = 4
 """Messages of one subscription that wait for the other one."""
@@ -95,8 +97,13 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             if self.parameters.curve.curve == PATH:
                 self._paths.prepare()
         subscribe_to_paths(self, self._receive_path)
+        self._corrections: LockstepCorrections | WallClockCorrections | None = None
+        if self._course.awaits_corrections:
+            self._corrections = LockstepCorrections() if shared.lockstep else WallClockCorrections()
+            self._localisation = LocalisationInput(self, shared, self._validator, self._corrections.take)
         self._pose = Pose(0.0, 0.0, 0.0)
         self._taken: list[tuple[float, ...]] | None = None
+        self._led: Pose | None = None
         self._plans: Counter[str] = Counter()
         self._heard: float | None = None  # time of the last path along the course [s]
         self._path = self.create_publisher(Path, 'reference_path', LATCHED)
@@ -109,8 +116,12 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         waiting = self.parameters.waiting
         if waiting.wait:
             return CartWait(self, self._robot_clock, self._monitor, waiting.wait_distance,
-                            1.0 / self._shared.position_rate, self._course.reference, horizon)
+                            1.0 / self._shared.position_rate, self._course.reference, horizon, self._unlocalised)
         return WallClockTime(self._course, self._robot_clock.now)
+
+    def _unlocalised(self) -> str:
+        """Return why nothing leads from the frame of the path to odometry now; '' if something does."""
+        return '' if self._corrections is None else self._localisation.missing(self.parameters.localisation.timeout)
 
     def _publish_path(self) -> None:
         self._path.publish(writing.path_message(self._shared.odom_frame_id, self._course.lap()))
@@ -140,12 +151,53 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
     def _begin_course(self) -> None:
         """Begin on the curve of the parameters; a waiting cart, at its start."""
         is_new = self._course.is_new(self.parameters)
-        self._course.begin(self.parameters, self._pose)
+        self._course.begin(self.parameters, self._pose, self._known_correction())
         self._paths.begin()
         self._heard = None
         if is_new:
             self._publish_path()
             self._time.begin_anew()
+
+    def _known_correction(self) -> Pose | None:
+        """Return the correction in use where a run begins; in lockstep each run awaits its own."""
+        if self._corrections is None:
+            return None
+        if isinstance(self._corrections, LockstepCorrections):
+            self._corrections.begin()
+            self._localisation.forget()
+        return self._corrections.choice.used
+
+    def _correct(self, stamp: int) -> None:
+        """Use a correction that is due: place the cart, or lead it over."""
+        if self._corrections is None:
+            return
+        now = stamp if self._shared.lockstep else round(self._time.now() * NANOSECONDS)
+        correction = self._corrections.due(stamp, self._course.reference(now / NANOSECONDS).pose)
+        if correction is None:
+            return
+        if self._course.correction is None:
+            self._course.place(correction, now)
+            self._time.begin_anew()
+            self._note_led(correction)
+        elif self.parameters.curve.curve == PATH:
+            self._paths.correct(correction)
+        else:
+            self._course.lead_over(correction, now)
+            self._note_led(correction)
+
+    def _note_led(self, correction: Pose) -> None:
+        assert self._corrections is not None  # noqa: S101 (for mypy: it has given the correction)
+        self._corrections.choice.used = self._led = correction
+
+    def _tell_errors(self, cart: Pose) -> None:
+        """Report the robot's distance from the cart in both frames, which differ until the cart has led over."""
+        choice = None if self._corrections is None else self._corrections.choice
+        if choice is None or choice.used is None or choice.newest is None:
+            return
+        outer = apart(composed(choice.newest, self._pose), composed(choice.used, cart))[0]
+        self._diagnostics.more |= {
+            f'error in {self._shared.path_frame_id} [m]': f'{outer:.4f}',
+            f'error in {self._shared.odom_frame_id} [m]': f'{apart(self._pose, cart)[0]:.4f}'}
 
     def _receive_path(self, message: bytes) -> None:
         try:
@@ -157,6 +209,12 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
     def _take_path(self, due: Due) -> None:
         """Continue along a path, or stop if it is refused."""
         answer = due.answer
+        if answer.correction is not None:
+            self._course.take(answer, due.begins)
+            self._note_led(answer.correction)
+            return
+        if not (answer.refusal or answer.points) and answer.goes_on:
+            return  # a correction that cannot be followed yet
         if answer.refusal:
             self._validator.note_refusal(PATH_TOPIC, RefusedMessageError(*answer.refusal), every=0.0)
         else:
@@ -186,6 +244,10 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         """Note a step, after its outputs are published, and report a path that acts from there on."""
         super().note_step(stamp)
         points, self._taken = self._taken, None
+        led, self._led = self._led, None
+        if led is not None:
+            self._publish_path()
+            self._events.publish(stamp, {CORRECTION: led})
         if points is None:
             return
         self._publish_path()
@@ -207,11 +269,13 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
     def step(self, inputs: Inputs, _dt: float) -> Outputs:
         """Return the reference, and those ahead."""
         self._pose = inputs.value('odom')[0]
+        self._correct(inputs.stamp)
         due = self._paths.due(inputs.stamp)
         if due is not None:
             self._take_path(due)
         self._miss_path()
         references = self._time.references(inputs.stamp)
+        self._tell_errors(references[0].pose)
         return {'reference': references[0], 'reference_horizon': references}
 
     def receive(self, _topic: str, _stamp: int, value: Any) -> Any:
@@ -221,7 +285,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     def forget(self) -> None:
         """Start again with the next odometry."""
-        self._course.begin(self.parameters, self._pose)
+        self._course.begin(self.parameters, self._pose, self._known_correction())
         self._paths.begin()
         self._time.forget()
 

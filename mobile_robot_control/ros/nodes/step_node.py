@@ -9,7 +9,7 @@ from mobile_robot_control.ros.lockstep import Outputs
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
 from mobile_robot_control.ros.own_node import OwnNode
 from mobile_robot_control.ros.stamp_policy import Input, Inputs
-from mobile_robot_control.settings.nodes import Shared
+from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import ALL_LOOP_TOPICS, LoopGraph, Topic
 
 

@@ -12,9 +12,12 @@ import yaml
 from helpers.bag_making import CMD_VEL, KINDS
 from helpers.drawn_robots import commands, record
 
+from mobile_robot_control.identification import judgement
 from mobile_robot_control.identification.command import main
+from mobile_robot_control.identification.result import read_estimates
 from mobile_robot_control.messages.bag_files import BagFiles
 from mobile_robot_control.model.base import Base
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import BodyVelocity
 from mobile_robot_control.runs.bag_writer import BagWriter
 
@@ -34,7 +37,7 @@ def test_it_writes_a_file_and_a_page_of_a_bag_that_was_cut_off(bag, tmp_path, ca
     file.write_bytes(file.read_bytes()[:int(0.9 * file.stat().st_size)])
     assert main([str(cut), *TOPICS, '--output', str(tmp_path / 'mine.yaml'), '--report', str(report), '--compare',
                  'create3']) == 0
-    assert 'foretells' in capsys.readouterr().out
+    assert 'is good: where it has not seen' in capsys.readouterr().out
     sections = yaml.safe_load((tmp_path / 'mine.yaml').read_text())
     identified = sections['/**/identify']['ros__parameters']
     assert len(identified['covariance']) == len(identified['names'])**2 == len(identified['values'])**2
@@ -42,7 +45,25 @@ def test_it_writes_a_file_and_a_page_of_a_bag_that_was_cut_off(bag, tmp_path, ca
     assert 'cut: the recording was cut off: bag.mcap has no end' in (tmp_path / 'mine.yaml').read_text()
     found = json.loads((report / 'identification.json').read_text())
     assert {one['name'] for one in found['parameters']} >= set(identified['names'])
+    assert (found['judgement']['grade'], identified['grade']) == ('good', 'good')
     assert 'create3' in (report / 'identification.html').read_text()
+
+
+def test_a_model_that_is_not_usable_is_written_only_where_it_is_accepted_and_without_intervals(
+    bag, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setitem(judgement.LARGEST, judgement.GOOD, 1e-6)
+    monkeypatch.setitem(judgement.LARGEST, judgement.USABLE, 1e-6)
+    output = tmp_path / 'bad.yaml'
+    for words, code in (([], 1), (['--accept'], 0)):
+        assert main([str(bag), *TOPICS, '--output', str(output), '--report', str(tmp_path / 'page'), *words]) == code
+        told = capsys.readouterr()
+        assert 'is unusable' in told.out
+        assert 'starting and braking: ' in told.out
+        assert ('add --accept' in told.err, output.exists()) == (code == 1, code == 0)
+    assert 'starting and braking' in (tmp_path / 'page' / 'identification.html').read_text()
+    with pytest.raises(ParameterError, match='nothing is known of its errors'):
+        read_estimates(str(output))
 
 
 def test_what_is_missing_is_named_with_the_remedy(bag, tmp_path, capsys, monkeypatch):

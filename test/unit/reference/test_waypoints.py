@@ -56,7 +56,7 @@ def test_a_speed_holds_until_another_one_and_repeated_points_are_counted(tmp_pat
 def test_a_frame_that_a_file_names_must_be_that_of_odometry(tmp_path):
     (tmp_path / 'p.yaml').write_text('header: {frame_id: map}\nposes: [{pose: {position: {x: 0, y: 0}}}, '
                                      '{pose: {position: {x: 1, y: 0}}}]\n')
-    with pytest.raises(ParameterError, match="is in the frame 'map', and odom_frame_id is 'odom'"):
+    with pytest.raises(ParameterError, match="is in the frame 'map', and path_frame is 'odom'"):
         plan(tmp_path / 'p.yaml', parameters={'reference_cart.timing.max_linear_velocity': 0.5,
                                               'reference_cart.timing.max_linear_acceleration': 0.5})
 

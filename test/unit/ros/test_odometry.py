@@ -11,7 +11,7 @@ import pytest
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference
 from mobile_robot_control.ros.nodes.plant import make_broadcaster
 from mobile_robot_control.ros.odometry import OdomAge, OdomTwist, WallClockOdomAge, contradicts
-from mobile_robot_control.settings.nodes import Shared
+from mobile_robot_control.settings.shared import Shared
 
 MS = 1_000_000
 POSE, VELOCITY = Pose(1.0, 2.0, 0.0), BodyVelocity(0.5, 0.1)
