@@ -67,7 +67,7 @@ _BEFORE = {'odom': 'odom_time', 'reference': 'reference_horizon', 'cmd_vel': 'cm
 ALL_LOOP_TOPICS = {**LOOP_TOPICS, **OPTIONAL_TOPICS}
 """All topics of the loop by name, optional ones included."""
 _EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
-EVENTS, DISTURBANCE, PATH_TOPIC, CORRECTION = 'events', 'disturbance', 'path', 'correction'
+EVENTS, DISTURBANCE, PATH_TOPIC, GOAL, CORRECTION = 'events', 'disturbance', 'path', 'goal_pose', 'correction'
 STOPPED = 'stopped'
 """On the wall clock: the reason of a stop."""
 MOST_EVENTS = 1000
@@ -88,7 +88,7 @@ OTHER_TOPICS = {
     '/rosout': _EVERY_NODE,
 }
 """Other topics of the four nodes, each with its publishers."""
-OTHER_INPUTS = {DISTURBANCE: ('plant',), PATH_TOPIC: ('reference_cart',),
+OTHER_INPUTS = {DISTURBANCE: ('plant',), PATH_TOPIC: ('reference_cart',), GOAL: ('reference_cart',),
                 CORRECTION: ('reference_cart', 'position_controller')}
 """Optional inputs from a node of the user's, each with the nodes that read it."""
 SHARED_TOPICS = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')

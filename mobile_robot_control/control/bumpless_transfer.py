@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from mobile_robot_control.control.compensation import advanced, lead
+from mobile_robot_control.control.compensation import NO_LEAD, Lead, lead, leading
 from mobile_robot_control.control.law import Law, checked_step
 from mobile_robot_control.control.laws import PositionControl, select
 from mobile_robot_control.control.limits import Limits, limit_command
@@ -38,8 +38,8 @@ class RunningLaw(NamedTuple):
         Last command before the last change minus the first after it; it decays.
     elapsed : float
         Since that change [s].
-    lead : float
-        Time by which a feedforward leads the command [s].
+    lead : Lead
+        Times by which a feedforward leads the command.
     """
 
     law: Law
@@ -50,7 +50,7 @@ class RunningLaw(NamedTuple):
     changed: bool = False
     offset: BodyVelocity = _ZERO
     elapsed: float = 0.0
-    lead: float = 0.0
+    lead: Lead = NO_LEAD
 
 
 def begin(parameters: PositionControl, dt: float, under_way: bool) -> RunningLaw:
@@ -110,7 +110,7 @@ def step(
     driven = running.law._replace(step=make_steered(law_step, len(observation.horizon)))
     state, asked = checked_step(driven, running.state, observation, running.gains, dt)
     if acceleration is not None:
-        asked = advanced(asked, acceleration, running.lead)
+        asked = leading(asked, acceleration, running.lead)
     offset, elapsed = running.offset, running.elapsed
     if running.changed:
         offset = BodyVelocity(running.command.linear - asked.linear, running.command.angular - asked.angular)

@@ -17,16 +17,28 @@ from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose
 
 
 class Feedforward(NamedTuple):
-    """Delays that the command leads by; they act only with feedforward.enabled."""
+    """Delays that the command leads by, of v and ω; they act only with feedforward.enabled."""
 
     lag: Annotated[
-        float, Field('s', "time constant of the robot's lag; the command leads by it: larger leads more",
-                     minimum=0.0, live=True, search=(0.0, 0.5))
-    ] = 0.0
+        tuple[float, ...],
+        Field('s, s', "time constants of the robot's lags; the linear and the angular velocity lead by them: larger "
+              'leads more', minimum=0.0, live=True, search=((0.0, 0.5),) * 2, length=2)
+    ] = (0.0, 0.0)
     dead_time: Annotated[
-        float, Field('s', 'time until the robot begins to follow its command, which also leads by it: larger leads '
-                          'more', minimum=0.0, live=True, search=(0.0, 0.5))
-    ] = 0.0
+        tuple[float, ...],
+        Field('s, s', 'time until the robot begins to follow the linear and the angular velocity, which also lead by '
+              'it: larger leads more', minimum=0.0, live=True, search=((0.0, 0.5),) * 2, length=2)
+    ] = (0.0, 0.0)
+
+
+class Lead(NamedTuple):
+    """Times by which the linear and the angular velocity of a command lead [s]."""
+
+    linear: float
+    angular: float
+
+
+NO_LEAD = Lead(0.0, 0.0)
 
 
 @jitable
@@ -53,15 +65,22 @@ def advanced(velocity: BodyVelocity, acceleration: BodyAcceleration, time: float
 
 
 @jitable
+def leading(command: BodyVelocity, acceleration: BodyAcceleration, times: Lead) -> BodyVelocity:
+    """Return a command whose velocities lead by their times, under a constant acceleration [m/s²], [rad/s²]."""
+    return BodyVelocity(command.linear + times.linear * acceleration.linear,
+                        command.angular + times.angular * acceleration.angular)
+
+
+@jitable
 def mean_acceleration(here: Reference, following: Reference) -> BodyAcceleration:
     """Return the reference's acceleration half-way between two consecutive position ticks [m/s²], [rad/s²]."""
     one, other = here.acceleration, following.acceleration
     return BodyAcceleration(0.5 * (one.linear + other.linear), 0.5 * (one.angular + other.angular))
 
 
-def lead(delays: Feedforward) -> float:
-    """Return the time by which the command leads [s]."""
-    return delays.lag + delays.dead_time
+def lead(delays: Feedforward) -> Lead:
+    """Return the times by which the command leads."""
+    return Lead(*(lag + dead_time for lag, dead_time in zip(delays.lag, delays.dead_time, strict=True)))
 
 
 @jitable

@@ -17,11 +17,11 @@ from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.files import PATH_FILE, load
 from mobile_robot_control.settings.nodes import NODES, PACE, Configuration, loop_of
 from mobile_robot_control.system.texts import shortened
-from mobile_robot_control.topics import CORRECTION, DISTURBANCE, LAW_FILE, MOST_EVENTS, PATH_TOPIC
+from mobile_robot_control.topics import CORRECTION, DISTURBANCE, GOAL, LAW_FILE, MOST_EVENTS, PATH_TOPIC
 
 _FREE = ('real_time_factor', 'publish_clock', 'publish_tf', 'peer_timeout')
 """Parameters that change no number."""
-_PUBLISHED = (DISTURBANCE, PATH_TOPIC, CORRECTION)
+_PUBLISHED = (DISTURBANCE, PATH_TOPIC, GOAL, CORRECTION)
 """Changes that are messages."""
 _TOLD = 20
 """Most reported faults of a bag."""
@@ -213,9 +213,9 @@ def _value_faults(change: Change, key: str, value: Any, period: int, tick: int) 
             yield 'is a path at no position tick; it is of another run'
         if not (_are_tuples(value, 2) or _are_tuples(value, 3)):
             yield f'tells {shortened(repr(value), 60)}, which is no path'
-    elif change.node == 'reference_cart' and key == CORRECTION:
-        if change.stamp % tick or not _are_tuples([value], 3):
-            yield f'tells {shortened(repr(value), 60)} at {change.stamp} ns, which is no correction at a position tick'
+    elif change.node == 'reference_cart' and key in (GOAL, CORRECTION):
+        if change.stamp % tick or change.stamp == 0 or not _are_tuples([value], 3):
+            yield f'tells {shortened(repr(value), 60)} at {change.stamp} ns, which is no pose at a position tick'
     elif change.node == 'plant' and key == RESET:
         if (change.stamp - period) % tick or change.stamp <= tick:
             yield 'is a reset at no position tick; it is of another run'

@@ -13,7 +13,7 @@ from contextlib import suppress
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from geometry_msgs.msg import TransformStamped, WrenchStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped, WrenchStamped
 from nav_msgs.msg import Path
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.duration import Duration
@@ -32,7 +32,7 @@ from mobile_robot_control.messages.writing import planar_quaternion
 from mobile_robot_control.quantities import NANOSECONDS, Pose, Push
 from mobile_robot_control.ros.qos import PUBLISHED
 from mobile_robot_control.settings.shared import Shared
-from mobile_robot_control.topics import CORRECTION, DISTURBANCE, OTHER_INPUTS, PATH_TOPIC
+from mobile_robot_control.topics import CORRECTION, DISTURBANCE, GOAL, OTHER_INPUTS, PATH_TOPIC
 
 
 class Replayer(Node):
@@ -61,7 +61,8 @@ class Replayer(Node):
         # only topics in use: a second publisher would make the plant refuse all pushes
         self._topics: dict[str, Any] = {
             topic: self.create_publisher(kind, topic, PUBLISHED)
-            for topic, kind in ((DISTURBANCE, WrenchStamped), (PATH_TOPIC, Path), (CORRECTION, TransformStamped))
+            for topic, kind in ((DISTURBANCE, WrenchStamped), (PATH_TOPIC, Path), (GOAL, PoseStamped), (
+                CORRECTION, TransformStamped))
             if topic in keys}
         self._outer = shared.path_frame_id
 
@@ -96,6 +97,13 @@ class Replayer(Node):
         path = writing.path_message(self._outer, [Pose(x, y, *heading or (0.0,)) for x, y, *heading in points])
         path.header.stamp = Time(sec=stamp // NANOSECONDS, nanosec=stamp % NANOSECONDS)
         self._topics[PATH_TOPIC].publish(path)
+
+    def send(self, stamp: int, goal: Pose) -> None:
+        """Send the cart a goal from a stamp [ns] on."""
+        sent = writing.path_message(self._outer, [goal]).poses[0]
+        sent.header.frame_id = self._outer
+        sent.header.stamp = Time(sec=stamp // NANOSECONDS, nanosec=stamp % NANOSECONDS)
+        self._topics[GOAL].publish(sent)
 
     def correct(self, stamp: int, correction: Pose) -> None:
         """Send the cart a correction from a stamp [ns] on."""
@@ -185,6 +193,9 @@ class ReplayRun:
         if PATH_TOPIC in change.values:
             self._replayer.lead(change.stamp, change.values[PATH_TOPIC])
             self._wait(self._replayer.have_arrived, f'the cart did not take the path of {change.stamp} ns')
+        if GOAL in change.values:
+            self._replayer.send(change.stamp, Pose(*change.values[GOAL]))
+            self._wait(self._replayer.have_arrived, f'the cart did not take the goal of {change.stamp} ns')
         if CORRECTION in change.values:
             self._replayer.correct(change.stamp, Pose(*change.values[CORRECTION]))
             self._wait(self._replayer.have_arrived, f'the cart did not take the correction of {change.stamp} ns')

@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+from mobile_robot_control.control.compensation import NO_LEAD, Lead
 from mobile_robot_control.control.limits import Limits
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
 from mobile_robot_control.model.discretisation import DiscretePlant
@@ -46,8 +47,8 @@ class Loop(NamedTuple):
         Extrapolation of odometry under latency compensation, beside its repeats, and its upper limit [s].
     drive, sensors : NamedTuple or tuple
         Constants of motors or base, and of the sensors; () for ideal ones.
-    lead : float
-        Time by which a feedforward leads the command [s].
+    lead : Lead
+        Times by which a feedforward leads the command.
     nominal : Robot or tuple
         The robot's constants in the feedforward of the torques; () without it.
     """
@@ -65,7 +66,7 @@ class Loop(NamedTuple):
     longest_age: float
     drive: Any
     sensors: Any
-    lead: float = 0.0
+    lead: Lead = NO_LEAD
     nominal: Any = ()
 
 

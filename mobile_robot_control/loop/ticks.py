@@ -8,11 +8,11 @@ from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.compensation import (
     NO_ODOMETRY,
     HeldOdometry,
-    advanced,
     carried_forward,
     held_age,
     held_odometry,
     lead,
+    leading,
     mean_acceleration,
 )
 from mobile_robot_control.control.law import Law, LawStep, is_sound
@@ -149,7 +149,7 @@ def _fed_lead(
     asked: BodyVelocity, references: tuple[Reference, ...], _k: int, loop: Loop
 ) -> tuple[BodyVelocity, tuple[()]]:
     """Return a law's command with the lead of a feedforward."""
-    return advanced(asked, mean_acceleration(references[0], references[1]), loop.lead), ()
+    return leading(asked, mean_acceleration(references[0], references[1]), loop.lead), ()
 
 
 @jitable
@@ -158,7 +158,7 @@ def _fed_both(
 ) -> tuple[BodyVelocity, Coming]:
     """Return a law's command with the lead of a feedforward, and the velocity law's input for its torques."""
     acceleration = mean_acceleration(references[0], references[1])
-    return advanced(asked, acceleration, loop.lead), Coming(acceleration, k)
+    return leading(asked, acceleration, loop.lead), Coming(acceleration, k)
 
 
 def make_position_tick(

@@ -203,6 +203,12 @@ def _path(order: _Order, data: bytes) -> Path:
     return Path(header, poses)
 
 
+def _pose_stamped(order: _Order, data: bytes) -> PoseStamped:
+    header, at = _header(order, data)
+    x, y, z, qx, qy, qz, qw = order.seven.unpack_from(data, aligned(at, 8))
+    return PoseStamped(header, MessagePose(Vector(x, y, z), Quaternion(qx, qy, qz, qw)))
+
+
 def _transform_at(order: _Order, data: bytes, at: int) -> tuple[TransformStamped, int]:
     """Read a stamped transform; return it and the position after it."""
     at = aligned(at, 4)
@@ -269,6 +275,7 @@ _READ: dict[str, Callable[[_Order, bytes], Any]] = {
     'geometry_msgs/msg/WrenchStamped': _wrench_stamped,
     'diagnostic_msgs/msg/DiagnosticArray': _diagnostic_array,
     'std_msgs/msg/String': _string,
+    'geometry_msgs/msg/PoseStamped': _pose_stamped,
     'geometry_msgs/msg/TransformStamped': _transform_stamped,
     'tf2_msgs/msg/TFMessage': _transforms,
 }
@@ -281,8 +288,8 @@ def deserialise(kind: str, data: bytes) -> Any:
     Parameters
     ----------
     kind : str
-        One of the loop's types, Twist, TransformStamped or WrenchStamped of geometry_msgs, 'nav_msgs/msg/Path',
-        'tf2_msgs/msg/TFMessage', 'diagnostic_msgs/msg/DiagnosticArray' or 'std_msgs/msg/String'.
+        One of the loop's types, Twist, PoseStamped, TransformStamped or WrenchStamped of geometry_msgs,
+        'nav_msgs/msg/Path', 'tf2_msgs/msg/TFMessage', 'diagnostic_msgs/msg/DiagnosticArray' or 'std_msgs/msg/String'.
     data : bytes
         From any source.
 

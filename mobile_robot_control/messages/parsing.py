@@ -245,6 +245,17 @@ def read_path(message: Any, frame: str = '') -> list[Pose]:
     return [Pose(pose.pose.position.x, pose.pose.position.y, _heading(pose.pose.orientation)) for pose in message.poses]
 
 
+def read_goal(message: Any, frame: str = '') -> Pose:
+    """
+    Return the pose of a geometry_msgs/PoseStamped, whose frame is as in `read_path`.
+
+    Raises RefusedMessageError if a number is not finite or beyond LARGEST, or the quaternion is not of unit length.
+    """
+    if message.header.frame_id:
+        check_frame('frame_id', message.header.frame_id, frame)
+    return _pose('goal', message.pose.position, message.pose.orientation)
+
+
 def read_time(message: Any) -> int:
     """Return the time [ns] of a sensor_msgs/TimeReference."""
     return int(message.time_ref)

@@ -1,27 +1,28 @@
-"""The reference cart's response to a message on `path`, or to a correction: a function, for any process."""
+"""The reference cart's response to a path, a goal or a correction: a function of messages, for any process."""
 
 import time
 from functools import partial
 from typing import NamedTuple
 
 from mobile_robot_control.messages.cdr import deserialise
-from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, read_path
+from mobile_robot_control.messages.parsing import RefusedMessageError, read_goal, read_or_refuse, read_path
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Pose, Reference
+from mobile_robot_control.reference.goal import drive_to
 from mobile_robot_control.reference.joining import join
 from mobile_robot_control.reference.led_course import led_over, waypoints_in_odometry
 from mobile_robot_control.reference.motion import Motion
 from mobile_robot_control.reference.path_parameters import PathRequest
 from mobile_robot_control.reference.stopping import moves, stop
-from mobile_robot_control.reference.waypoints import Waypoints, checked_waypoints
-from mobile_robot_control.topics import PATH_TOPIC
+from mobile_robot_control.reference.waypoints import checked_waypoints
+from mobile_robot_control.topics import GOAL, PATH_TOPIC
 
-PATH_KIND = 'nav_msgs/msg/Path'
+PATH_KIND, GOAL_KIND = 'nav_msgs/msg/Path', 'geometry_msgs/msg/PoseStamped'
 
 
 class PathQuestion(NamedTuple):
     """
-    A message on `path` or a correction of the present path, and the motion of the cart that will follow it.
+    A message on `path` or `goal_pose`, or a correction of the present path, and the motion that the cart leaves for it.
 
     Attributes
     ----------
@@ -30,7 +31,7 @@ class PathQuestion(NamedTuple):
     frame : str
         Of the path.
     request : PathRequest
-        Limits; its waypoints are those of the present path, in its frame, which a message replaces.
+        Limits; for a correction, the present path in its own frame.
     correction : Pose
         Of the frame of odometry in that of the path.
     at : Reference
@@ -41,6 +42,8 @@ class PathQuestion(NamedTuple):
         Since the start of that course [s].
     anew : bool
         Whether the limits have changed since.
+    topic : str
+        Of the message.
 
     """
 
@@ -52,6 +55,7 @@ class PathQuestion(NamedTuple):
     course: Motion | None
     time: float
     anew: bool = False
+    topic: str = PATH_TOPIC
 
 
 class PathAnswer(NamedTuple):
@@ -63,11 +67,14 @@ class PathAnswer(NamedTuple):
     planned : Motion or None
         None if it stands.
     points : list of tuple of float
-        Positions of the message [m], with headings [rad] if `path` uses them; none for a stop, or a correction.
-    waypoints : Waypoints or None
-        Of the path, in its frame; None for a stop.
+        Positions of the message [m], with headings [rad] if `path` uses them; of a goal the pose; none for a stop, or a
+        correction.
+    route : PathRequest or None
+        The path, in its own frame; None for a stop.
     correction : Pose or None
         The correction that leads the cart over; None for an answer to a message.
+    topic : str
+        Of the message.
     refusal : tuple of str
         A reason and its detail; () without a refusal.
     goes_on : bool
@@ -82,14 +89,16 @@ class PathAnswer(NamedTuple):
     refusal: tuple[str, ...] = ()
     goes_on: bool = False
     seconds: float = 0.0
-    waypoints: Waypoints | None = None
+    route: PathRequest | None = None
     correction: Pose | None = None
+    topic: str = PATH_TOPIC
 
 
 def answer(question: PathQuestion) -> PathAnswer:
     """Plan the cart's next motion from a message."""
     begun = time.process_time()
-    answered = _answered(question) if question.message else _corrected(question)
+    answering = _corrected if not question.message else _driven if question.topic == GOAL else _answered
+    answered = answering(question)
     return answered._replace(seconds=time.process_time() - begun)
 
 
@@ -100,9 +109,26 @@ def _corrected(question: PathQuestion) -> PathAnswer:
     try:
         planned, _ = led_over(course, request, question.correction, question.time, course)
     except ParameterError:
-        return PathAnswer(None, [], goes_on=True, waypoints=request.waypoints)
+        return PathAnswer(None, [], goes_on=True, route=request)
     assert isinstance(planned, Motion)  # noqa: S101 (for mypy: of a path)
-    return PathAnswer(planned, [], waypoints=request.waypoints, correction=question.correction)
+    return PathAnswer(planned, [], route=request, correction=question.correction)
+
+
+def _driven(question: PathQuestion) -> PathAnswer:
+    """Drive to a goal; the cart goes on where that keeps no limits."""
+    course = question.course
+    rest = course.rest(question.time) if course and question.time < course.period else None
+    try:
+        goal = read_or_refuse(
+            GOAL_KIND, (partial(deserialise, GOAL_KIND), partial(read_goal, frame=question.frame)), question.message)
+        # rounded, as the headings of a path
+        goal = goal._replace(heading=round(goal.heading, 9))
+        planned, route = drive_to(goal, question.request, question.at, rest, question.correction, GOAL)
+    except RefusedMessageError as error:
+        return PathAnswer(None, [], (error.reason, error.detail), goes_on=True, topic=GOAL)
+    except ParameterError as error:
+        return PathAnswer(None, [], ('cannot be driven', '; '.join(error.violations)), goes_on=True, topic=GOAL)
+    return PathAnswer(planned, [goal], route=route, topic=GOAL)
 
 
 def _answered(question: PathQuestion) -> PathAnswer:
@@ -122,7 +148,7 @@ def _answered(question: PathQuestion) -> PathAnswer:
             waypoints = checked_waypoints(rows, PATH_TOPIC)
             route = request._replace(waypoints=waypoints_in_odometry(waypoints, question.correction))
             planned = join(route, question.at, rest, question.anew)
-            return PathAnswer(planned, points, goes_on=planned is None, waypoints=waypoints)
+            return PathAnswer(planned, points, goes_on=planned is None, route=request._replace(waypoints=waypoints))
         except ParameterError as error:
             refusal = 'cannot be driven', '; '.join(error.violations)
     if rest is None or not moves(question.at):

@@ -11,6 +11,7 @@ from mobile_robot_control.topics import (
     ALL_LOOP_TOPICS,
     CORRECTION,
     DISTURBANCE,
+    GOAL,
     LOOPS,
     OTHER_INPUTS,
     OTHER_TOPICS,
@@ -85,7 +86,7 @@ def _of_recorder() -> _Permissions:
 
 def _of_replayer() -> _Permissions:
     """Return the permissions of the node of `experiment --replay`: it repeats the changes of a run."""
-    return _Permissions(['/parameter_events', DISTURBANCE, PATH_TOPIC, CORRECTION], [], [
+    return _Permissions(['/parameter_events', DISTURBANCE, PATH_TOPIC, GOAL, CORRECTION], [], [
         *(f'{node}/set_parameters_atomically' for node in NODES), 'plant/reset'])
 
 

@@ -86,7 +86,7 @@ class Control:
 
     def __init__(self, law):
         control = configure(load([], [f'position_controller.controller_type:={law}'])).position_controller.control
-        late = control.feedforward._replace(lag=BASE.lag, dead_time=0.5 / BASE.command_rate)
+        late = control.feedforward._replace(lag=(BASE.lag,) * 2, dead_time=(0.5 / BASE.command_rate,) * 2)
         control = control._replace(feedforward=late)
         self._law = bumpless_transfer.begin(control, 1.0 / RATE, under_way=False)
 

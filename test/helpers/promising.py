@@ -5,7 +5,7 @@ import math
 from helpers.harness import CONFIG
 from helpers.stand_in_model import Base, drive
 from mobile_robot_control.analysis.promises import promise, warnings_of
-from mobile_robot_control.control.compensation import carried_forward
+from mobile_robot_control.control.compensation import carried_forward, lead
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.loop.batch import run_trials
@@ -29,12 +29,13 @@ TUNED = [f'position_controller.backstepping.{gain}' for gain in ('p:=4.99878', '
                                                                  'g:=19.9902')]
 
 
-FED = ['/**.feedforward.enabled:=true', '/**.reference_horizon:=1', 'position_controller.feedforward.dead_time:=0.025']
+FED = ['/**.feedforward.enabled:=true', '/**.reference_horizon:=1',
+       'position_controller.feedforward.dead_time:=[0.025, 0.025]']
 """Half the period in which the base holds a command is dead time; the lag is that of the base."""
 
 
 def fed(lag):
-    return [*FED, f'position_controller.feedforward.lag:={lag}']
+    return [*FED, f'position_controller.feedforward.lag:=[{lag}, {lag}]']
 
 
 def model_of(base):
@@ -79,7 +80,8 @@ def driven(parameters, base, since=FROM, until=UNTIL, compensates=True):
     course, shared = course_of(parameters.reference_cart), parameters.plant.shared
     dt = 1.0 / shared.position_rate
     law, gains = select(parameters.position_controller.control, dt)
-    lead = sum(parameters.position_controller.control.feedforward) / dt if shared.feedforward.enabled else 0.0
+    leads = [time / dt if shared.feedforward.enabled else 0.0
+             for time in lead(parameters.position_controller.control.feedforward)]
 
     def control(time, stamp, pose, velocity):
         velocity = BodyVelocity(*velocity)
@@ -88,8 +90,8 @@ def driven(parameters, base, since=FROM, until=UNTIL, compensates=True):
         error = tracking_error(reference.pose, carried_forward(Pose(*pose), velocity, age))
         asked = law.step(law.start, Observation(error, reference, velocity), gains, dt)[1]
         # the lead, by differences of the reference's velocity
-        return [v + lead * (after - before) for v, before, after in zip(
-            asked, reference.velocity, following.velocity, strict=True)]
+        return [v + ahead * (after - before) for v, before, after, ahead in zip(
+            asked, reference.velocity, following.velocity, leads, strict=True)]
 
     truth = drive(base, control, course.reference(0.0).pose, until, 1.0 / dt)
     squares = [math.dist(course.reference(time).pose[:2], pose[:2])**2 for time, pose in truth if time >= since]

@@ -135,7 +135,7 @@ def test_four_processes_on_a_busy_machine_agree_with_the_rollout_and_with_compos
         'plant.noise.pose:=[0.01, 0.02, 0.005]', 'plant.noise.velocity:=0.05', 'plant.noise.seed:=7',
         'plant.delay.velocity_steps:=2', 'plant.disturbance.time:=1.0', 'plant.disturbance.impulse:=[0.002, -0.001]',
         'plant.disturbance.step:=[0.05, 0.02]', 'position_controller.compensate_latency:=true',
-        'position_controller.odom_latency:=0.05', 'position_controller.feedforward.lag:=0.02',
+        'position_controller.odom_latency:=0.05', 'position_controller.feedforward.lag:=[0.02, 0.03]',
         '/**.feedforward.enabled:=true', '/**.reference_horizon:=3']
     configuration, arguments = _configured(tmp_path, 3, [CONFIG / 'hybrid_backstepping.yaml'], overrides)
     busy = subprocess.Popen([sys.executable, '-c', 'while True: pass'])

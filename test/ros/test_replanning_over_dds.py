@@ -85,8 +85,8 @@ def test_plans_once_a_second_are_taken_or_change_nothing(robot, simulated, start
     robot.start('position_controller', 'reference_cart', composed=True, arguments=[
         '--params-file', CONFIG / 'wall_clock.yaml', '-p', f'use_sim_time:={str(simulated).lower()}', '-p',
         'reference_cart:curve:=path', '-p', 'reference_cart:wait:=false', '-p',
-        'position_controller:compensate_latency:=true', '-p', 'position_controller:feedforward.lag:=0.15', '-p',
-        'position_controller:feedforward.dead_time:=0.025', *LIMITS])
+        'position_controller:compensate_latency:=true', '-p', 'position_controller:feedforward.lag:=[0.15, 0.15]', '-p',
+        'position_controller:feedforward.dead_time:=[0.025, 0.025]', *LIMITS])
     robot.spin_until(lambda: 'the cart' in robot.log() or 'a run begins' in robot.log('reference_cart'))
     robot.listen(2.0)
     driven.drives = True

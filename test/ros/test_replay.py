@@ -76,7 +76,7 @@ def _changed_run(robot, output):
     _set(robot, 'plant', real_time_factor=0.05)
     _set(robot, 'velocity_controller', gains__k1=0.25)
     _set(robot, 'position_controller', controller_type='fuzzy', limits__linear_velocity=0.5,
-         feedforward__dead_time=0.01)
+         feedforward__dead_time=[0.01, 0.02])
     _set(robot, 'reference_cart', curve='circle')
     begun = robot.time()
     robot.spin_until(lambda: robot.time() > begun + 0.05)

@@ -1,4 +1,4 @@
-"""The start of each new path on the topic `path`."""
+"""The start of each new path on the topic `path`, and of each goal."""
 
 import time
 from collections.abc import Callable
@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from mobile_robot_control.messages.parsing import RefusedMessageError, has_no_poses, serialised_stamp
 from mobile_robot_control.quantities import NANOSECONDS, Pose
-from mobile_robot_control.ros.cart_time import CartCourse, CartTime
+from mobile_robot_control.ros.cart_course import CartCourse
+from mobile_robot_control.ros.cart_time import CartTime
 from mobile_robot_control.topics import PATH_TOPIC
 
 if TYPE_CHECKING:
@@ -26,6 +27,16 @@ _SOON, _LEAD = 0.2, 0.5
 """[s] from now to the start of a path, time to plan it: at least, and at first."""
 _TOLD_EVERY = 10.0
 """[s] between two words about paths that were overtaken."""
+
+
+class Told(NamedTuple):
+    """A message, and its topic."""
+
+    topic: str
+    message: bytes
+
+
+NOTHING = Told(PATH_TOPIC, b'')
 
 
 class Due(NamedTuple):
@@ -62,11 +73,11 @@ class LockstepPaths:
 
     def __init__(self, course: CartCourse, period: int, reached: Callable[[], int | None]) -> None:
         self._course, self._period, self._reached = course, period, reached
-        self._waiting: dict[int, bytes] = {}
+        self._waiting: dict[int, Told] = {}
         self._correction: Pose | None = None
         self._has_run = False
 
-    def receive(self, message: bytes) -> None:
+    def receive(self, message: bytes, topic: str = PATH_TOPIC) -> None:
         """
         Store a message for the first tick from its stamp on.
 
@@ -77,7 +88,7 @@ class LockstepPaths:
         tick = -(-serialised_stamp(message) // self._period) * self._period
         if len(self._waiting) >= _MOST:
             raise RefusedMessageError('too many wait', f'{_MOST} paths wait for their ticks; publish fewer ahead')
-        self._waiting[tick if following <= tick <= following + _FAR else following] = message
+        self._waiting[tick if following <= tick <= following + _FAR else following] = Told(topic, message)
 
     def correct(self, correction: Pose) -> None:
         """Lead the cart over at this tick, where no path begins."""
@@ -93,18 +104,18 @@ class LockstepPaths:
         """Return the path of a tick [ns], planned; None if there is none."""
         due = sorted(tick for tick in self._waiting if tick <= stamp)
         correction, self._correction = self._correction, None
-        *_, message = (b'', *(self._waiting.pop(tick) for tick in due))
-        if not message and (correction is None or self._course.has_ended(stamp)):
+        *_, (topic, message) = (NOTHING, *(self._waiting.pop(tick) for tick in due))
+        if not message and (correction is None or not self._course.can_be_led(stamp)):
             return None
         from mobile_robot_control.ros.path_planning import answer  # noqa: PLC0415 (needs NumPy)
 
-        return Due(answer(self._course.question(message, stamp, None if message else correction)), stamp)
+        return Due(answer(self._course.question(message, stamp, None if message else correction, topic)), stamp)
 
 
 class _Asked(NamedTuple):
     """A message or a correction in planning: its start along the course [ns], the steady time of the question [s]."""
 
-    message: bytes
+    told: Told
     correction: Pose | None
     begins: int
     since: float
@@ -134,7 +145,7 @@ class WallClockPaths:
     def __init__(self, course: CartCourse, clock: CartTime, node: 'Node', validator: 'InputValidator') -> None:
         self._course, self._clock, self._node, self._validator = course, clock, node, validator
         self._process: PlanningProcess | None = None
-        self._newest = b''
+        self._newest = NOTHING
         self._correction: Pose | None = None
         self._asked: _Asked | None = None
         self._ready: Due | None = None
@@ -151,11 +162,11 @@ class WallClockPaths:
             self._process = PlanningProcess()
         return self._process
 
-    def receive(self, message: bytes) -> None:
+    def receive(self, message: bytes, topic: str = PATH_TOPIC) -> None:
         """Receive a message in place of earlier ones; its stamp is not used."""
-        if self._newest:
+        if self._newest.message:
             self._note_overtaken()
-        self._newest = message
+        self._newest = Told(topic, message)
 
     def _note_overtaken(self) -> None:
         self._validator.note_refusal(PATH_TOPIC, RefusedMessageError(
@@ -168,13 +179,13 @@ class WallClockPaths:
 
     def plans(self) -> bool:
         """Return whether a path waits for its start."""
-        return bool(self._newest) or self._asked is not None or self._ready is not None
+        return bool(self._newest.message) or self._asked is not None or self._ready is not None
 
     def begin(self) -> None:
         """Forget a path planned for the previous course."""
         self._ready = self._correction = None
         if self._asked is not None:
-            self._newest = self._newest or self._asked.message
+            self._newest = self._newest if self._newest.message else self._asked.told
             self._asked = None
 
     def due(self, _stamp: int) -> Due | None:
@@ -183,18 +194,19 @@ class WallClockPaths:
         if self._asked is not None:
             self._look_after(self._asked, now)
         # a waiting cart may never reach the start of the planned path, and a stop cannot wait for it
-        if self._ready is not None and self._newest and (waits or has_no_poses(self._newest)):
+        if self._ready is not None and self._newest.message and (waits or has_no_poses(self._newest.message)):
             self._note_overtaken()
             self._ready = None
-        if self._course.has_ended(now):
+        if not self._course.can_be_led(now):
             self._correction = None
-        if self._asked is None and self._ready is None and (self._newest or self._correction is not None):
-            correction = None if self._newest else self._correction
+        topic, message = self._newest
+        if self._asked is None and self._ready is None and (message or self._correction is not None):
+            correction = None if message else self._correction
             begins = now if waits or self._course.has_ended(now) else now + round(self._lead * NANOSECONDS)
             self._asked = _Asked(self._newest, correction, begins, time.monotonic(), self._started().ask(
-                self._course.question(self._newest, begins, correction)))
+                self._course.question(message, begins, correction, topic)))
             # a path begins with the correction in use, and is led over then
-            self._newest, self._correction = b'', None if correction is not None else self._correction
+            self._newest, self._correction = NOTHING, None if correction is not None else self._correction
         if self._ready is None or (self._ready.begins > now and not self._ready.answer.goes_on):
             return None
         due, self._ready = self._ready, None
@@ -218,10 +230,10 @@ class WallClockPaths:
             self._ready = Due(asked.future.result(), max(asked.begins, now) if has_ended else asked.begins)
         elif asked.correction is not None:
             self._correction = self._correction or asked.correction
-        elif self._newest:
+        elif self._newest.message:
             self._note_overtaken()
         else:
-            self._newest = asked.message
+            self._newest = asked.told
 
     def close(self) -> None:
         """End the planning process."""

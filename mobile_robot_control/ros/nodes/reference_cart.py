@@ -5,8 +5,9 @@ from __future__ import annotations  # rclpy's classes are generic from kilted on
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -17,7 +18,8 @@ from mobile_robot_control.messages.parsing import RefusedMessageError
 from mobile_robot_control.quantities import NANOSECONDS, Pose
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.localisation import apart, composed
-from mobile_robot_control.ros.cart_time import PERIOD, CartCourse, CartTime, CartWait, LockstepTime, WallClockTime
+from mobile_robot_control.ros.cart_course import CartCourse
+from mobile_robot_control.ros.cart_time import PERIOD, CartTime, CartWait, LockstepTime, WallClockTime
 from mobile_robot_control.ros.conversions import reader
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.localisation import LocalisationInput, LockstepCorrections, WallClockCorrections
@@ -28,7 +30,10 @@ from mobile_robot_control.ros.qos import LATCHED, QUIET, SUBSCRIBED
 from mobile_robot_control.ros.stamp_policy import Input, Inputs
 from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.settings.nodes import ReferenceCartParameters, awaits_path
-from mobile_robot_control.topics import CORRECTION, PATH_TOPIC
+from mobile_robot_control.topics import CORRECTION, GOAL, PATH_TOPIC
+
+if TYPE_CHECKING:
+    from mobile_robot_control.ros.path_planning import PathAnswer
 
 _MOST = 4
 """Messages of one subscription that wait for the other one."""
@@ -97,12 +102,13 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             if self.parameters.curve.curve == PATH:
                 self._paths.prepare()
         subscribe_to_paths(self, self._receive_path)
+        self.create_subscription(PoseStamped, GOAL, partial(self._receive_path, topic=GOAL), SUBSCRIBED, raw=True)
         self._corrections: LockstepCorrections | WallClockCorrections | None = None
         if self._course.awaits_corrections:
             self._corrections = LockstepCorrections() if shared.lockstep else WallClockCorrections()
             self._localisation = LocalisationInput(self, shared, self._validator, self._corrections.take)
         self._pose = Pose(0.0, 0.0, 0.0)
-        self._taken: list[tuple[float, ...]] | None = None
+        self._taken: PathAnswer | None = None
         self._led: Pose | None = None
         self._plans: Counter[str] = Counter()
         self._heard: float | None = None  # time of the last path along the course [s]
@@ -199,12 +205,12 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             f'error in {self._shared.path_frame_id} [m]': f'{outer:.4f}',
             f'error in {self._shared.odom_frame_id} [m]': f'{apart(self._pose, cart)[0]:.4f}'}
 
-    def _receive_path(self, message: bytes) -> None:
+    def _receive_path(self, message: bytes, topic: str = PATH_TOPIC) -> None:
         try:
             self._course.check_takes_paths()
-            self._paths.receive(message)
+            self._paths.receive(message, topic)
         except RefusedMessageError as refusal:
-            self._validator.note_refusal(PATH_TOPIC, refusal)
+            self._validator.note_refusal(topic, refusal)
 
     def _take_path(self, due: Due) -> None:
         """Continue along a path, or stop if it is refused."""
@@ -216,12 +222,12 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         if not (answer.refusal or answer.points) and answer.goes_on:
             return  # a correction that cannot be followed yet
         if answer.refusal:
-            self._validator.note_refusal(PATH_TOPIC, RefusedMessageError(*answer.refusal), every=0.0)
+            self._validator.note_refusal(answer.topic, RefusedMessageError(*answer.refusal), every=0.0)
         else:
             self._plans['unchanged' if answer.goes_on else 'taken'] += 1
         if not answer.goes_on:
             self._course.take(answer, due.begins)
-            self._taken = answer.points
+            self._taken = answer
         if answer.points:
             self._heard = self._time.now()
         elif not answer.goes_on:
@@ -243,15 +249,20 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
     def note_step(self, stamp: int) -> None:
         """Note a step, after its outputs are published, and report a path that acts from there on."""
         super().note_step(stamp)
-        points, self._taken = self._taken, None
+        taken, self._taken = self._taken, None
         led, self._led = self._led, None
         if led is not None:
             self._publish_path()
             self._events.publish(stamp, {CORRECTION: led})
-        if points is None:
+        if taken is None:
             return
+        points = taken.points
         self._publish_path()
-        self._events.publish(stamp, {PATH_TOPIC: points})
+        self._events.publish(stamp, {taken.topic: points if taken.topic == PATH_TOPIC else points[0]})
+        if taken.topic == GOAL:
+            x, y, heading = points[0]
+            self.get_logger().info(f'drives to the goal ({x:.2f}, {y:.2f}) m, {heading:.2f} rad; it sees no obstacle')
+            return
         if not points:
             self.get_logger().info('the cart stops on its path')
             return

@@ -122,10 +122,11 @@ def test_limits_changed_live_hold_for_the_running_law():
 
 
 def test_the_command_leads_before_its_limits_and_a_change_of_the_lead_is_no_jump():
-    control, acceleration = PositionControl(feedforward=Feedforward(0.15, 0.05)), BodyAcceleration(1.0, -0.5)
+    control = PositionControl(feedforward=Feedforward((0.15, 0.1), (0.05, 0.15)))
+    acceleration = BodyAcceleration(1.0, -0.5)
     begun = begin(control, 0.02, under_way=False)
     running, command = step(begun, ON_THE_CART, 0.02, acceleration)
-    assert command == pytest.approx((0.5 + 0.2 * 1.0, 0.2 - 0.2 * 0.5))
+    assert command == pytest.approx((0.5 + 0.2 * 1.0, 0.2 - 0.25 * 0.5))
     slow = begun._replace(limits=Limits(linear_velocity=0.6))
     assert step(slow, ON_THE_CART, 0.02, acceleration)[1].linear == 0.6
     assert step(begun, ON_THE_CART, 0.02)[1] == pytest.approx((0.5, 0.2))

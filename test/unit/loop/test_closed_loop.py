@@ -56,7 +56,7 @@ def test_a_run_starts_at_rest_and_its_first_torque_follows_from_the_first_refere
 def test_the_command_of_a_base_leads_by_the_mean_acceleration_of_its_period():
     fed = {'reference_horizon': 1, 'feedforward.enabled': True}
     loop = configured(plant={'drive': 'velocity', **fed}, reference_cart=fed, velocity_controller=fed,
-                      position_controller={'feedforward.lag': 0.2, 'feedforward.dead_time': 0.05, **fed})
+                      position_controller={'feedforward.lag': (0.2, 0.1), 'feedforward.dead_time': (0.05, 0.02), **fed})
     first, placement = next(rollout(loop, 1.0)), loop.reference_cart.curve.placement
     now, then = (accelerated_at(CURVES['trifolium'], time, placement) for time in (0.0, 0.01))
     assert first.command == pytest.approx([velocity + 0.25 * 0.5 * (one + other) for velocity, one, other in zip(
