@@ -68,6 +68,8 @@ ALL_LOOP_TOPICS = {**LOOP_TOPICS, **OPTIONAL_TOPICS}
 """All topics of the loop by name, optional ones included."""
 _EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
 EVENTS, DISTURBANCE, PATH_TOPIC, GOAL, CORRECTION = 'events', 'disturbance', 'path', 'goal_pose', 'correction'
+FOLLOW = 'follow_path'
+"""The action, and its paths."""
 STOPPED = 'stopped'
 """On the wall clock: the reason of a stop."""
 MOST_EVENTS = 1000

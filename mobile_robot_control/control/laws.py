@@ -30,7 +30,7 @@ RESERVED = frozenset({
     'velocity', 'controller_type', 'limits', 'input_timeout', 'stop_on_odom_conflict', 'compensate_latency',
     'odom_latency', 'approach', 'feedforward', 'reference_horizon', 'robot', 'velocity_rate',
     'position_rate', 'lockstep', 'peer_timeout', 'stamp_tolerance', 'stamped_cmd_vel', 'odometry_stamped',
-    'odom_frame_id', 'base_frame_id', 'reference_frame_id',
+    'odom_frame_id', 'path_frame', 'base_frame_id', 'reference_frame_id',
     'use_sim_time', 'qos_overrides', 'start_type_description_service',
 })
 """A law's group of parameters has the law's name, which must differ from other parameters and search entries."""

@@ -50,7 +50,7 @@ def _windows(predictions: Sequence[Prediction]) -> _Windows:
     measured, modelled, held_out, starts = [], [], [], []
     largest = np.nanmax(np.abs(np.concatenate([one.modelled for one in predictions])), axis=0) + 1e-12
     for one in predictions:
-        number = np.floor(one.times / _WINDOW).astype(int)
+        number = np.floor((one.times - one.times[0]) / _WINDOW).astype(int)
         number[~np.isfinite(one.measured).all(axis=1)] = -1
         rows = [number == n for n in np.unique(number[number >= 0])]
         if not rows:

@@ -15,7 +15,7 @@ from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, B
 from mobile_robot_control.reference.path_parameters import PathRequest
 from mobile_robot_control.reference.path_shape import Floats
 from mobile_robot_control.reference.planned_path import PlannedPath, Timed, timed
-from mobile_robot_control.reference.stretches import Route, route_of
+from mobile_robot_control.reference.stretches import Route, polyline, route_of
 from mobile_robot_control.reference.timing import Intervals, Profile, StuckError, fastest
 
 _INTERVALS = 64
@@ -167,6 +167,12 @@ class Motion:
         """Return the motion after a time since the start [s]."""
         n = self._number(time)
         return Rest(self.parts[n:], time - self.begins[n])
+
+    def left(self, time: float) -> float:
+        """Return the way after a time since the start [m]."""
+        first, *later = self.rest(time).parts
+        ahead = first.remaining(time - self.begins[self._number(time)]) if isinstance(first, PlannedPath) else ()
+        return sum(math.dist(*two) for two in pairwise(polyline(ahead))) + sum(part.length for part in later)
 
     def _number(self, time: float) -> int:
         return max(0, bisect_right(self.begins, time) - 1)

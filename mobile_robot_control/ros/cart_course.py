@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from mobile_robot_control.ros.path_planning import PathAnswer, PathQuestion
 
 _PATH_POINTS = 400
-_ARRIVED = 0.1
-"""[m] from the end of its path: at a smaller distance the robot has arrived."""
 
 
 class CartCourse:
@@ -157,7 +155,16 @@ class CartCourse:
         end = self._course.reference(self._course.period).pose
         if not self._leads_on:
             return 'standing'
-        return 'arrived' if math.hypot(robot.x - end.x, robot.y - end.y) <= _ARRIVED else 'running'
+        near = math.hypot(robot.x - end.x, robot.y - end.y) <= self._cart.goal.position_tolerance
+        return 'arrived' if near else 'running'
+
+    def left(self, time: int) -> tuple[Pose | None, float]:
+        """Return the end of the path, None before it is reached, and the way to it [m] at a time [ns]."""
+        from mobile_robot_control.reference.motion import Motion  # noqa: PLC0415 (needs NumPy)
+
+        if self.has_ended(time) or not isinstance(self._course, Motion):
+            return self._course.reference(self._course.period).pose, 0.0
+        return None, self._course.left((time - self._begins) / NANOSECONDS)
 
     def reference(self, time: float) -> Reference:
         """Return the reference at a time along the course [s]."""

@@ -8,12 +8,12 @@ from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_goal, read_or_refuse, read_path
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Pose, Reference
-from mobile_robot_control.reference.goal import drive_to
 from mobile_robot_control.reference.joining import join
 from mobile_robot_control.reference.led_course import led_over, waypoints_in_odometry
 from mobile_robot_control.reference.motion import Motion
 from mobile_robot_control.reference.path_parameters import PathRequest
 from mobile_robot_control.reference.stopping import moves, stop
+from mobile_robot_control.reference.way_to_goal import drive_to
 from mobile_robot_control.reference.waypoints import checked_waypoints
 from mobile_robot_control.topics import GOAL, PATH_TOPIC
 

@@ -44,6 +44,15 @@ def message_class(kind: str) -> Any:
     return getattr(importlib.import_module(f'{package}.msg'), name)
 
 
+def action_class(kind: str) -> Any:
+    """Return the rclpy class of an action type such as 'nav2_msgs/action/FollowPath'; None if it is not installed."""
+    package, _, name = kind.split('/')
+    try:
+        return getattr(importlib.import_module(f'{package}.action'), name)
+    except ModuleNotFoundError:
+        return None
+
+
 def publish_on(node: Node, topic: str, kind: str, **options: Any) -> Publisher[Any]:
     """Make a node's publisher on a topic of the loop, with messages of a type."""
     return node.create_publisher(message_class(kind), topic, PUBLISHED, **options)

@@ -19,6 +19,7 @@ from mobile_robot_control.quantities import period_nanoseconds
 from mobile_robot_control.reference.cart import CurveParameters, Placement, too_fast_to_send
 from mobile_robot_control.reference.course import Course, make_course
 from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.goal import GoalParameters
 from mobile_robot_control.reference.led_course import driven_course
 from mobile_robot_control.reference.localisation import Drawing, Localisation
 from mobile_robot_control.reference.path_parameters import (
@@ -130,6 +131,7 @@ class ReferenceCartParameters(NamedTuple):
     path: PathParameters = PathParameters()
     timing: Timing = Timing()
     localisation: Localisation = Localisation()
+    goal: GoalParameters = GoalParameters()
     # as for the plant, for the torques of a path
     motor: Motor = Motor()
     friction: Friction = Friction()

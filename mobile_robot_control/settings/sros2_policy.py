@@ -74,6 +74,8 @@ def _of_node(node: str) -> _Permissions:
         inputs |= dict.fromkeys(answer for graph in graphs for _, answer in graph.answers)
     # rclpy itself subscribes to /clock if use_sim_time is true
     inputs |= dict.fromkeys(topic for topic, nodes in OTHER_INPUTS.items() if node in nodes)
+    if node in OTHER_INPUTS[CORRECTION]:
+        inputs |= dict.fromkeys(('/tf', '/tf_static'))
     return _Permissions([*loop, *others], [*inputs, '/clock'],
                         reply=[*_SERVICES, *_OWN_SERVICES.get(node, ())])
 

@@ -12,6 +12,7 @@ import time
 
 import pytest
 from geometry_msgs.msg import WrenchStamped
+from helpers import interfaces
 from helpers.harness import CONFIG, Robots
 from helpers.policy_reading import allowed
 from nav_msgs.msg import Path
@@ -34,7 +35,7 @@ class TransformBroadcaster:
 """Stands for tf2_ros, which the wheels do not have: its broadcaster publishes on /tf."""
 MODES = {
     '/lockstep': ['-p', 'noise.velocity:=0.01', '-p', 'odometry_stamped:=sampled', '-p', 'use_sim_time:=true'],
-    '/wall_clock': ['--params-file', str(CONFIG / 'wall_clock.yaml')],
+    '/wall_clock': ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'path_frame:=map', '-p', 'wait:=true'],
     '/base': ['-p', 'drive:=velocity', '-p', 'publish_clock:=false'],
 }
 """Arguments by namespace."""
@@ -75,6 +76,7 @@ def seldom(condition):
 
 
 def test_every_node_creates_what_the_policy_allows_and_nothing_else(domain, tmp_path, monkeypatch):
+    interfaces.need('tf2_msgs')
     (tmp_path / 'tf2_ros.py').write_text(TF2)
     monkeypatch.setenv('PYTHONPATH', os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
     with contextlib.closing(Robots(tmp_path / 'run', tuple(MODES))) as robots:

@@ -15,22 +15,23 @@ from rclpy.serialization import serialize_message
 
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import RefusedMessageError
-from mobile_robot_control.quantities import NANOSECONDS, Pose
+from mobile_robot_control.quantities import NANOSECONDS, Pose, Reference
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.localisation import apart, composed
 from mobile_robot_control.ros.cart_course import CartCourse
 from mobile_robot_control.ros.cart_time import PERIOD, CartTime, CartWait, LockstepTime, WallClockTime
 from mobile_robot_control.ros.conversions import reader
 from mobile_robot_control.ros.diagnostics import Condition
+from mobile_robot_control.ros.follow_path import FollowPath, View
 from mobile_robot_control.ros.localisation import LocalisationInput, LockstepCorrections, WallClockCorrections
 from mobile_robot_control.ros.lockstep import Outputs
 from mobile_robot_control.ros.nodes.cart_paths import Due, LockstepPaths, WallClockPaths
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
-from mobile_robot_control.ros.qos import LATCHED, QUIET, SUBSCRIBED
+from mobile_robot_control.ros.qos import LATCHED, QUIET, SUBSCRIBED, action_class
 from mobile_robot_control.ros.stamp_policy import Input, Inputs
 from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.settings.nodes import ReferenceCartParameters, awaits_path
-from mobile_robot_control.topics import CORRECTION, GOAL, PATH_TOPIC
+from mobile_robot_control.topics import CORRECTION, FOLLOW, GOAL, PATH_TOPIC
 
 if TYPE_CHECKING:
     from mobile_robot_control.ros.path_planning import PathAnswer
@@ -41,7 +42,7 @@ _LOOK = 0.2
 """[s] from one look for publishers that keep their messages to the next."""
 
 
-def subscribe_to_paths(node: Node, take: Callable[[bytes], None]) -> None:
+def subscribe_to_paths(node: Node, take: Callable[[bytes], object]) -> None:
     """
     Call a function with each message on `path`, serialised.
 
@@ -107,6 +108,9 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         if self._course.awaits_corrections:
             self._corrections = LockstepCorrections() if shared.lockstep else WallClockCorrections()
             self._localisation = LocalisationInput(self, shared, self._validator, self._corrections.take)
+        kind = action_class('nav2_msgs/action/FollowPath') if self.parameters.curve.curve == PATH else None
+        self._goals = None if kind is None else FollowPath(
+            self, kind, partial(self._receive_path, topic=FOLLOW), self._stop_on_path)
         self._pose = Pose(0.0, 0.0, 0.0)
         self._taken: PathAnswer | None = None
         self._led: Pose | None = None
@@ -159,6 +163,8 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         is_new = self._course.is_new(self.parameters)
         self._course.begin(self.parameters, self._pose, self._known_correction())
         self._paths.begin()
+        if self._goals is not None:
+            self._goals.forget()
         self._heard = None
         if is_new:
             self._publish_path()
@@ -205,16 +211,24 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             f'error in {self._shared.path_frame_id} [m]': f'{outer:.4f}',
             f'error in {self._shared.odom_frame_id} [m]': f'{apart(self._pose, cart)[0]:.4f}'}
 
-    def _receive_path(self, message: bytes, topic: str = PATH_TOPIC) -> None:
+    def _receive_path(self, message: bytes, topic: str = PATH_TOPIC) -> str:
+        """Receive a path or a goal; return why it is refused, '' if it is not."""
         try:
             self._course.check_takes_paths()
             self._paths.receive(message, topic)
         except RefusedMessageError as refusal:
             self._validator.note_refusal(topic, refusal)
+            return str(refusal)
+        return ''
+
+    def _stop_on_path(self) -> None:
+        self._receive_path(serialize_message(writing.path_message(self._shared.path_frame_id, [])))
 
     def _take_path(self, due: Due) -> None:
         """Continue along a path, or stop if it is refused."""
         answer = due.answer
+        if self._goals is not None:
+            self._goals.note(answer)
         if answer.correction is not None:
             self._course.take(answer, due.begins)
             self._note_led(answer.correction)
@@ -244,7 +258,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._heard = None
         if not self._course.has_ended(round(now * NANOSECONDS)):
             self.get_logger().warning(f'no path for path.timeout = {timeout:g} s: the cart stops')
-            self._receive_path(serialize_message(writing.path_message(self._shared.odom_frame_id, [])))
+            self._stop_on_path()
 
     def note_step(self, stamp: int) -> None:
         """Note a step, after its outputs are published, and report a path that acts from there on."""
@@ -258,7 +272,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             return
         points = taken.points
         self._publish_path()
-        self._events.publish(stamp, {taken.topic: points if taken.topic == PATH_TOPIC else points[0]})
+        self._events.publish(stamp, {GOAL: points[0]} if taken.topic == GOAL else {PATH_TOPIC: points})
         if taken.topic == GOAL:
             x, y, heading = points[0]
             self.get_logger().info(f'drives to the goal ({x:.2f}, {y:.2f}) m, {heading:.2f} rad; it sees no obstacle')
@@ -287,7 +301,14 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._miss_path()
         references = self._time.references(inputs.stamp)
         self._tell_errors(references[0].pose)
+        if self._goals is not None:
+            self._goals.step(inputs.stamp / NANOSECONDS, partial(self._view, references[0]), self.parameters.goal)
         return {'reference': references[0], 'reference_horizon': references}
+
+    def _view(self, cart: Reference) -> View:
+        condition = self._time.condition()
+        return View(self._pose, cart, *self._course.left(round(self._time.now() * NANOSECONDS)),
+                    condition.detail if condition else '')
 
     def receive(self, _topic: str, _stamp: int, value: Any) -> Any:
         """Receive the robot's pose."""
