@@ -121,7 +121,7 @@ class CartCourse:
     def check_takes_paths(self) -> None:
         """Raise RefusedMessageError if the cart drives a curve, or does not know where the path lies."""
         curve = self._given.curve
-        if self.correction is None:
+        if self.correction is None and not self._cart.shared.lockstep:
             raise RefusedMessageError('no correction', f'nothing leads from {self._cart.shared.path_frame_id} to '
                                       f'{self._cart.shared.odom_frame_id} yet; start the localisation')
         if drawing_of(self._cart):

@@ -99,7 +99,7 @@ def answer(question: PathQuestion) -> PathAnswer:
     begun = time.process_time()
     answering = _corrected if not question.message else _driven if question.topic == GOAL else _answered
     answered = answering(question)
-    return answered._replace(seconds=time.process_time() - begun)
+    return answered._replace(topic=question.topic, seconds=time.process_time() - begun)
 
 
 def _corrected(question: PathQuestion) -> PathAnswer:
@@ -125,10 +125,10 @@ def _driven(question: PathQuestion) -> PathAnswer:
         goal = goal._replace(heading=round(goal.heading, 9))
         planned, route = drive_to(goal, question.request, question.at, rest, question.correction, GOAL)
     except RefusedMessageError as error:
-        return PathAnswer(None, [], (error.reason, error.detail), goes_on=True, topic=GOAL)
+        return PathAnswer(None, [], (error.reason, error.detail), goes_on=True)
     except ParameterError as error:
-        return PathAnswer(None, [], ('cannot be driven', '; '.join(error.violations)), goes_on=True, topic=GOAL)
-    return PathAnswer(planned, [goal], route=route, topic=GOAL)
+        return PathAnswer(None, [], ('cannot be driven', '; '.join(error.violations)), goes_on=True)
+    return PathAnswer(planned, [goal], route=route)
 
 
 def _answered(question: PathQuestion) -> PathAnswer:

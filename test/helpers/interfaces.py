@@ -23,6 +23,29 @@ import pytest
 
 DEFINITIONS = {
     'tf2_msgs': {'msg/TFMessage.msg': 'geometry_msgs/TransformStamped[] transforms\n'},
+    # of navigation2 1.3 (Jazzy) and 1.4 (Kilted)
+    'nav2_msgs': {'action/FollowPath.action': """
+nav_msgs/Path path
+string controller_id
+string goal_checker_id
+string progress_checker_id
+---
+uint16 NONE=0
+uint16 UNKNOWN=100
+uint16 INVALID_CONTROLLER=101
+uint16 TF_ERROR=102
+uint16 INVALID_PATH=103
+uint16 PATIENCE_EXCEEDED=104
+uint16 FAILED_TO_MAKE_PROGRESS=105
+uint16 NO_VALID_CONTROL=106
+uint16 CONTROLLER_TIMED_OUT=107
+std_msgs/Empty result
+uint16 error_code
+string error_msg
+---
+float32 distance_to_goal
+float32 speed
+"""},
 }
 _TYPESUPPORTS = ['rosidl_typesupport_fastrtps_c', 'rosidl_typesupport_introspection_c']
 _GENERATORS = {
@@ -43,7 +66,7 @@ def need(package, part='msg'):
     if importlib.util.find_spec(package) is None:
         if not shutil.which('g++'):
             pytest.skip(f'{package} is not installed, and there is no g++ to build it')
-        if not (KEPT / package / '__init__.py').exists():
+        if not (KEPT / package).exists():
             _build(package)
         sys.path.append(str(KEPT))
         os.environ['PYTHONPATH'] = os.pathsep.join(filter(None, [os.environ.get('PYTHONPATH'), str(KEPT)]))
@@ -55,9 +78,10 @@ def _build(package):
     from rosidl_adapter import convert_to_idl
     from rosidl_cli.command.helpers import generate_visibility_control_file
 
-    made = KEPT / package
-    with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+    KEPT.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=KEPT) as folder, contextlib.redirect_stdout(io.StringIO()):
         scratch = Path(folder)
+        made = scratch / 'made' / package
         for name, text in DEFINITIONS[package].items():
             file = scratch / 'source' / name
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -85,7 +109,10 @@ def _build(package):
         _link(scratch, made / f'{package}_s__rosidl_typesupport_c{suffix}',
               ['rosidl_generator_c', 'rosidl_typesupport_c'], [str(path) for path in made.rglob('*.c')],
               ['-Wl,--no-as-needed', *libraries, '-Wl,-rpath,$ORIGIN'])
-    (made / '__init__.py').touch()
+        (made / '__init__.py').touch()
+        # at once and whole: other workers may build it, too
+        with contextlib.suppress(OSError):
+            made.rename(KEPT / package)
 
 
 def _link(scratch, library, generators, sources=(), more=()):

@@ -1,5 +1,6 @@
 """Paths and curves in the frame of a localisation, which corrects itself on /tf: in lockstep and on the wall clock."""
 
+import json
 import math
 import random
 import statistics
@@ -7,7 +8,7 @@ from itertools import pairwise
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import TransformStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped
 from helpers import interfaces, stand_in_base
 from helpers.harness import CONFIG, driven
 from nav_msgs.msg import Odometry
@@ -15,10 +16,11 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from test_parity import _assert_agree, _configured
 from test_replay import courses, replay, start
 
-from mobile_robot_control.messages.writing import planar_quaternion
+from mobile_robot_control.messages.writing import path_message, planar_quaternion
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.localisation import composed, inverse
 from mobile_robot_control.ros.run_events import KEPT
+from mobile_robot_control.runs.bag import read_bag
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.nodes import course_of
@@ -80,7 +82,7 @@ def test_nodes_and_simulate_follow_drawn_corrections_alike(domain, tmp_path, giv
 def test_corrections_of_a_lockstep_run_are_replayed_to_the_last_bit(robot, tf, tmp_path):
     recorded, replayed = tmp_path / 'recorded', tmp_path / 'replayed'
     (tmp_path / 'way.csv').write_text('x,y\n' + '\n'.join(f'{x},{y}' for x, y in WAY))
-    run = start(recorded, '--duration', 8.0, '-p', '/**.path_frame:=map', '-p', 'reference_cart.curve:=path', '-p',
+    run = start(recorded, '--duration', 14.0, '-p', '/**.path_frame:=map', '-p', 'reference_cart.curve:=path', '-p',
                 f'reference_cart.path.file:={tmp_path}/way.csv', *options(*(f'reference_cart.{one}' for one in LIMITS)))
     corrections = []
     robot.recorder.create_subscription(DiagnosticArray, 'events', lambda message: corrections.extend(
@@ -93,12 +95,23 @@ def test_corrections_of_a_lockstep_run_are_replayed_to_the_last_bit(robot, tf, t
         jump = Pose(0.1, -0.05, 0.02) if n > 60 else Pose(0.0, 0.0, 0.0)
         moved = Pose(jump.x + draw.gauss(0.0, 0.002), jump.y + draw.gauss(0.0, 0.002), jump.heading)
         tf(transform('map', 'mid', moved, n * 50_000_000), transform('odom', 'base_link', moved, n * 50_000_000))
+    # a goal in the map, behind the cart
+    goals = robot.recorder.create_publisher(PoseStamped, 'goal_pose', 10)
+    robot.spin_until(goals.get_subscription_count)
+    goal = path_message('map', [Pose(0.5, 0.8, 1.5)]).poses[0]
+    goal.header.frame_id, goal.header.stamp.sec = 'map', 7
+    goals.publish(goal)
+    goals.wait_for_all_acked()
     robot.listen(0.5)
     robot.set('plant', real_time_factor=0.0)
     _, error = run.communicate(timeout=120)
     assert run.returncode == 0, error
     robot.spin_until(lambda: len(corrections) >= 2)
     assert len(corrections) <= 3
+    last = read_bag(recorded / 'bag').samples[-1].tick.reference
+    assert last.velocity == (0.0, 0.0)
+    end = composed(composed(Pose(*json.loads(corrections[-1])), last.pose), Pose(0.0, 0.0, 0.0))
+    assert end == pytest.approx((0.5, 0.8, 1.5), abs=0.03)
     replay(recorded, replayed, '--composed')
     assert courses(replayed) == courses(recorded)
 

@@ -102,6 +102,8 @@ class LockstepPaths:
 
     def due(self, stamp: int) -> Due | None:
         """Return the path of a tick [ns], planned; None if there is none."""
+        if self._course.correction is None:
+            return None  # they wait for the first correction
         due = sorted(tick for tick in self._waiting if tick <= stamp)
         correction, self._correction = self._correction, None
         *_, (topic, message) = (NOTHING, *(self._waiting.pop(tick) for tick in due))

@@ -2,6 +2,7 @@
 
 import math
 import random
+from itertools import pairwise
 
 import pytest
 
@@ -52,10 +53,10 @@ def test_arcs_meet_smoothly_and_a_goal_behind_takes_a_turn_on_the_spot():
     poses = arcs_to(start, goal)
     assert poses[0] == start
     assert poses[-1] == goal
-    assert all(math.dist(one[:2], other[:2]) <= 0.05 + 1e-9 for one, other in zip(poses, poses[1:], strict=False))
+    assert all(math.dist(one[:2], other[:2]) <= 0.05 + 1e-9 for one, other in pairwise(poses))
     # along an arc the chord points between the headings of its ends
     assert all(abs(wrap_angle(2.0 * math.atan2(other.y - one.y, other.x - one.x) - one.heading - other.heading)) < 1e-9
-               for one, other in zip(poses, poses[1:], strict=False))
+               for one, other in pairwise(poses))
     assert arcs_to(start, Pose(-1.0, 0.0, 0.0)) == []
     motion, _ = drive_to(Pose(0.01, 0.0, 2.0), REQUEST, Reference(start, BodyVelocity(0.0, 0.0)), None,
                          Pose(0.0, 0.0, 0.0), 'goal_pose')

@@ -1,0 +1,143 @@
+"""The action `follow_path` with its real type: goals, cancel, a new goal, refusals, and clients that die."""
+
+import math
+import signal
+import subprocess
+import sys
+import textwrap
+
+import pytest
+from action_msgs.msg import GoalStatus
+from helpers import interfaces, stand_in_base
+from helpers.harness import CONFIG
+from nav_msgs.msg import Odometry
+
+from mobile_robot_control.messages.writing import path_message
+from mobile_robot_control.quantities import Pose
+
+PARAMETERS = """
+/**: {ros__parameters: {base_frame_id: base_footprint, odom_frame_id: odom}}
+/**/reference_cart:
+  ros__parameters:
+    wait: true
+    curve: path
+    goal.timeout: 2.0
+    timing: {max_linear_velocity: 1.0, max_linear_acceleration: 1.0, max_angular_velocity: 2.0,
+             max_angular_acceleration: 4.0}
+"""
+CLIENT = """
+    import sys, rclpy
+    from nav2_msgs.action import FollowPath
+    from rclpy.action import ActionClient
+    from mobile_robot_control.messages.writing import path_message
+    from mobile_robot_control.quantities import Pose
+    rclpy.init()
+    node = rclpy.create_node('client')
+    client = ActionClient(node, FollowPath, 'follow_path')
+    client.wait_for_server()
+    x, y, heading = map(float, sys.argv[1:])
+    ask = client.send_goal_async(FollowPath.Goal(path=path_message('odom', [Pose(x, y, 0.0), Pose(x + 3.0, y, 0.0)])))
+    rclpy.spin_until_future_complete(node, ask)
+    print('accepted', flush=True)
+    rclpy.spin(node)
+"""
+
+
+class Client:
+    """rclpy's client of the action, and the robot that it drives."""
+
+    def __init__(self, robot, folder):
+        from rclpy.action import ActionClient
+
+        self.kind = interfaces.need('nav2_msgs', 'action').FollowPath
+        (folder / 'mine.yaml').write_text(PARAMETERS)
+        self.robot, self.base, self.feedback, self.cart = robot, stand_in_base.Base(plain=False), [], []
+        self.base.frame, self.base.x, self.base.heading = 'odom', 0.0, 0.0
+        robot.add(self.base)
+        robot.recorder.create_subscription(Odometry, 'reference', self.cart.append, 10)
+        self.client = ActionClient(robot.recorder, self.kind, 'follow_path')
+        robot.start('position_controller', 'reference_cart', composed=True, arguments=[
+            '--params-file', str(CONFIG / 'wall_clock.yaml'), '--params-file', str(folder / 'mine.yaml')])
+        robot.spin_until(self.client.server_is_ready)
+        robot.spin_until(lambda: self.cart)
+
+    def send(self, *points, frame='odom'):
+        """Send a goal along points ahead of the robot [m]; return its handle."""
+        at = self.base
+        path = path_message(frame, [
+            Pose(at.x + x * math.cos(at.heading) - y * math.sin(at.heading),
+                 at.y + x * math.sin(at.heading) + y * math.cos(at.heading), 0.0) for x, y in points])
+        sent = self.client.send_goal_async(self.kind.Goal(path=path), lambda one: self.feedback.append(one.feedback))
+        self.robot.spin_until(sent.done)
+        assert sent.result().accepted
+        return sent.result()
+
+    def result(self, handle):
+        """Wait for the result of a goal; return its status, code and text."""
+        found = handle.get_result_async()
+        self.robot.spin_until(found.done)
+        return found.result().status, found.result().result.error_code, found.result().result.error_msg
+
+    def drives(self):
+        return abs(self.base.v) > 0.1
+
+    def stands(self, seconds=1.0):
+        """Return whether the robot stands, and stays so."""
+        self.robot.spin_until(lambda: abs(self.base.v) + abs(self.base.omega) < 1e-3)
+        at = self.base.x, self.base.y
+        self.robot.listen(seconds)
+        return math.dist(at, (self.base.x, self.base.y)) < 0.005
+
+
+@pytest.fixture
+def client(robot, tmp_path):
+    return Client(robot, tmp_path)
+
+
+def test_goals_are_driven_cancelled_preempted_and_refused_with_the_constants_of_the_type(client):
+    # ten goals, one after the other
+    for n in range(10):
+        handle = client.send((0.0, 0.0), (0.3, 0.05 * (-1) ** n), (0.6, 0.0))
+        assert client.result(handle) == (GoalStatus.STATUS_SUCCEEDED, client.kind.Result.NONE, '')
+    left = [one.distance_to_goal for one in client.feedback]
+    assert 0.0 <= min(left) < max(left) < 0.7
+    assert max(one.speed for one in client.feedback) > 0.2
+    cancelled = client.send((0.0, 0.0), (5.0, 0.0))
+    client.robot.spin_until(client.drives)
+    asked = cancelled.cancel_goal_async()
+    client.robot.spin_until(asked.done)
+    assert client.result(cancelled)[0] == GoalStatus.STATUS_CANCELED
+    assert client.stands()
+    first = client.send((0.0, 0.0), (5.0, 0.0))
+    client.robot.spin_until(client.drives)
+    second = client.send((0.3, 0.0), (1.5, 0.0))
+    status, code, why = client.result(first)
+    assert (status, code) == (GoalStatus.STATUS_ABORTED, client.kind.Result.UNKNOWN)
+    assert 'another goal' in why
+    assert client.result(second)[0] == GoalStatus.STATUS_SUCCEEDED
+    for points, frame, told in (([(4.0, 0.0), (6.0, 0.0)], 'odom', 'path.join_distance'),
+                                ([(0.0, 0.0), (1.0, 0.0)], 'map', 'frame_id is not odom')):
+        status, code, why = client.result(client.send(*points, frame=frame))
+        assert (status, code) == (GoalStatus.STATUS_ABORTED, client.kind.Result.INVALID_PATH)
+        assert told in why
+    assert client.stands(0.3)
+
+
+def test_a_client_that_is_killed_changes_nothing_and_a_robot_that_stands_aborts_the_goal(client):
+    at = client.base
+    other = subprocess.Popen([sys.executable, '-c', textwrap.dedent(CLIENT), str(at.x), str(at.y), '0.0'],
+                             stdout=subprocess.PIPE, text=True)
+    assert other.stdout.readline() == 'accepted\n'
+    client.robot.spin_until(client.drives)
+    other.send_signal(signal.SIGKILL)
+    other.wait()
+    before = client.base.x
+    client.robot.spin_until(lambda: client.base.x > before + 1.0)
+    # a new goal from another client, and a robot that no longer moves
+    handle = client.send((0.3, 0.0), (4.0, 0.0))
+    client.robot.spin_until(client.drives)
+    client.base.move = lambda: None
+    client.base.timers_stopped = [timer.cancel() for timer in client.base.timers]
+    status, code, why = client.result(handle)
+    assert (status, code) == (GoalStatus.STATUS_ABORTED, client.kind.Result.FAILED_TO_MAKE_PROGRESS)
+    assert 'no progress for goal.timeout = 2 s' in why
