@@ -26,6 +26,7 @@ For example:
 Files written:
   FILE.yaml            the numbers found, for every node and command; its section `identify` has `names`,
                        `values` and `covariance`, row by row
+  FILE.STACK.yaml      with --export: the numbers that nav2 or ros2_control take, with intervals and meaning
   identification.html  with --report: the page, with the values of --compare beside those found
   identification.json  with --report: the same numbers
 
@@ -43,6 +44,7 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.cli import make_main, make_parser, request_of
+from mobile_robot_control.identification.export import STACKS, export_text
 from mobile_robot_control.identification.identify import IdentificationRequest, identified, read_inputs
 from mobile_robot_control.identification.page import answer, identification_page, regime_lines
 from mobile_robot_control.identification.result import (
@@ -68,6 +70,8 @@ class _Files(NamedTuple):
     compare: Annotated[str | None, Field('', 'parameter file or name of a robot to compare with on the page')] = None
     accept: Annotated[bool, Field('', 'write the file of a model that misses more than 30 % of the motion, too, '
                                       'without intervals')] = False
+    export: Annotated[str | None, Field('', 'also write the numbers that another stack takes, by its names, beside the '
+                                            'output', choices=STACKS)] = None
     check: Annotated[bool, Field('', 'only say what the bags lack, and what to record')] = False
 
 
@@ -94,6 +98,10 @@ def _run(options: argparse.Namespace) -> int:
     output, is_written = Path(files.output), files.accept or found.judgement.grade != UNUSABLE
     if is_written:
         write_atomically(output, parameter_text(found))
+        if files.export is not None:
+            exported = output.with_suffix(f'.{files.export}{output.suffix}')
+            write_atomically(exported, export_text(found, files.export))
+            print(f'{files.export}: {printable(str(exported.resolve()))}')
     if files.report is not None:
         folder = Path(files.report)
         folder.mkdir(parents=True, exist_ok=True)

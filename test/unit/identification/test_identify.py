@@ -14,7 +14,8 @@ from helpers.drawn_robots import commands, record
 
 from mobile_robot_control.identification import judgement
 from mobile_robot_control.identification.command import main
-from mobile_robot_control.identification.result import read_estimates
+from mobile_robot_control.identification.export import export_text
+from mobile_robot_control.identification.result import Identification, Judgement, Parameter, read_estimates
 from mobile_robot_control.messages.bag_files import BagFiles
 from mobile_robot_control.model.base import Base
 from mobile_robot_control.parameters.declaration import ParameterError
@@ -36,17 +37,60 @@ def test_it_writes_a_file_and_a_page_of_a_bag_that_was_cut_off(bag, tmp_path, ca
     file, = cut.glob('*.mcap')
     file.write_bytes(file.read_bytes()[:int(0.9 * file.stat().st_size)])
     assert main([str(cut), *TOPICS, '--output', str(tmp_path / 'mine.yaml'), '--report', str(report), '--compare',
-                 'create3']) == 0
+                 'create3', '--export', 'nav2']) == 0
     assert 'is good: where it has not seen' in capsys.readouterr().out
     sections = yaml.safe_load((tmp_path / 'mine.yaml').read_text())
     identified = sections['/**/identify']['ros__parameters']
     assert len(identified['covariance']) == len(identified['names'])**2 == len(identified['values'])**2
     assert sections['/**/plant']['ros__parameters']['base.lag'] == pytest.approx([0.1, 0.1], rel=0.05)
     assert 'cut: the recording was cut off: bag.mcap has no end' in (tmp_path / 'mine.yaml').read_text()
+    exported = yaml.safe_load((tmp_path / 'mine.nav2.yaml').read_text())
+    assert exported['controller_server']['ros__parameters']['FollowPath']['model_delay_vx'] > 0.1
     found = json.loads((report / 'identification.json').read_text())
     assert {one['name'] for one in found['parameters']} >= set(identified['names'])
     assert (found['judgement']['grade'], identified['grade']) == ('good', 'good')
     assert 'create3' in (report / 'identification.html').read_text()
+
+
+SMOOTHER = {'smoothing_frequency', 'feedback', 'scale_velocities', 'max_velocity', 'min_velocity', 'max_accel',
+            'max_decel', 'odom_topic', 'odom_duration', 'deadband_velocity', 'velocity_timeout', 'use_realtime_priority'}
+"""Parameters of nav2_velocity_smoother 1.3.13."""
+MPPI_DELAYS = {'model_delay_vx', 'model_delay_vy', 'model_delay_wz'}
+"""Of nav2_mppi_controller 1.5.1."""
+DIFF_DRIVE = {'wheel_separation_multiplier', 'left_wheel_radius_multiplier', 'right_wheel_radius_multiplier', *(
+    f'{axis}.{name}' for axis in ('linear.x', 'angular.z')
+    for name in ('max_velocity', 'max_acceleration', 'max_deceleration'))}
+"""Those of diff_drive_controller 4.42.1 that a recording can tell."""
+
+
+def result_of(**values):
+    parameters = tuple(Parameter(f'plant.{name}', value, 0.9 * value, 1.1 * value, 's')
+                       for name, value in values.items())
+    return Identification('velocity', parameters, (), np.zeros((0, 0)), (), {}, {}, (), (), (), (), np.zeros((0, 2)),
+                          {'command_line': 'identify bag'}, Judgement('good', (0.01, 0.02), {}))
+
+
+def test_what_other_stacks_take_has_their_names_and_what_is_not_known_is_left_open():
+    both = {f'base.{name}[{n}]': 0.1 + n for name in ('lag', 'dead_time', 'max_speed', 'max_acceleration', 'dead_zone')
+            for n in (0, 1)}
+    errors = {'odometry.radius_error[0]': 0.25, 'odometry.radius_error[1]': 0.0, 'odometry.separation_error': -0.2}
+    nav2 = yaml.safe_load(export_text(result_of(**both), 'nav2'))
+    smoother = nav2['velocity_smoother']['ros__parameters']
+    assert set(smoother) <= SMOOTHER
+    assert smoother['max_velocity'] == [0.1, 0.0, 1.1]
+    assert smoother['max_decel'] == [-0.1, 0.0, -1.1]
+    delays = nav2['controller_server']['ros__parameters']['FollowPath']
+    assert set(delays) <= MPPI_DELAYS
+    assert delays == {'model_delay_vx': pytest.approx(0.2), 'model_delay_wz': pytest.approx(2.2)}
+    drive = yaml.safe_load(export_text(result_of(**both, **errors), 'ros2_control'))['diff_drive_controller']
+    assert set(drive['ros__parameters']) == DIFF_DRIVE
+    assert drive['ros__parameters']['right_wheel_radius_multiplier'] == pytest.approx(0.8)
+    assert drive['ros__parameters']['wheel_separation_multiplier'] == pytest.approx(1.25)
+    # a limit that does not show is never a limit of 0
+    text = export_text(result_of(**{'base.max_speed[0]': 0.5, 'base.dead_zone[0]': 0.05}), 'nav2')
+    assert '# max_velocity: [0.5, 0.0, ?]' in text
+    assert yaml.safe_load(text)['velocity_smoother']['ros__parameters'] == {'deadband_velocity': [0.05, 0.0, 0.0]}
+    assert 'ground_truth' in export_text(result_of(), 'ros2_control')
 
 
 def test_a_model_that_is_not_usable_is_written_only_where_it_is_accepted_and_without_intervals(
