@@ -9,10 +9,10 @@ from mobile_robot_control.identification.result import Identification, Parameter
 NAV2, ROS2_CONTROL = 'nav2', 'ros2_control'
 STACKS = (NAV2, ROS2_CONTROL)
 _HEADS = {
-    NAV2: ['# Nav2: velocity_smoother of 1.3 (Jazzy) on; model_delay_vx and model_delay_wz of MPPI from 1.5 (Lyrical) on.',
-           '# Rates, horizons, critics, footprint and costmaps are choices, not measured.'],
-    ROS2_CONTROL: ['# diff_drive_controller of ros2_controllers 4 (Jazzy). Wheel names, frames, covariances and jerk limits',
-                   '# are not measured; wheel_separation and wheel_radius stay as they are.']}
+    NAV2: ['# Nav2: velocity_smoother of 1.3 (Jazzy) on; model_delay_vx and model_delay_wz of MPPI from 1.5 (Lyrical)',
+           '# on. Rates, horizons, critics, footprint and costmaps are choices, not measured.'],
+    ROS2_CONTROL: ['# diff_drive_controller of ros2_controllers 4 (Jazzy). Wheel names, frames, covariances and jerk',
+                   '# limits are not measured; wheel_separation and wheel_radius stay as they are.']}
 _DECELERATION = 'braking, or starting where braking does not show apart'
 
 
@@ -80,9 +80,9 @@ def export_text(found: Identification, stack: str) -> str:
     robot = _Robot(found)
     parts = {NAV2: (('velocity_smoother:', '    ', _smoother), ('controller_server:', '      ', _mppi)),
              ROS2_CONTROL: (('diff_drive_controller:', '    ', _diff_drive),)}
-    lines = [*_HEADS[stack], f'# {found.provenance["command_line"]}',
-             f'# the model is {found.judgement.grade}: it misses {found.judgement.error:.1%} of the motion; intervals of '
-             '95 %, where there are any']
+    judged = found.judgement
+    lines = [*_HEADS[stack], f'# {found.provenance["command_line"]}', f'# the model is {judged.grade}: it misses '
+             f'{judged.error:.1%} of the motion; intervals of 95 %, where there are any']
     for head, indent, make in parts[stack]:
         lines += [head, '  ros__parameters:', *(['    FollowPath:'] if len(indent) > 4 else [])]
         for one in make(robot):

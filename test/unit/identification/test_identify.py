@@ -53,7 +53,8 @@ def test_it_writes_a_file_and_a_page_of_a_bag_that_was_cut_off(bag, tmp_path, ca
 
 
 SMOOTHER = {'smoothing_frequency', 'feedback', 'scale_velocities', 'max_velocity', 'min_velocity', 'max_accel',
-            'max_decel', 'odom_topic', 'odom_duration', 'deadband_velocity', 'velocity_timeout', 'use_realtime_priority'}
+            'max_decel', 'odom_topic', 'odom_duration', 'deadband_velocity', 'velocity_timeout',
+            'use_realtime_priority'}
 """Parameters of nav2_velocity_smoother 1.3.13."""
 MPPI_DELAYS = {'model_delay_vx', 'model_delay_vy', 'model_delay_wz'}
 """Of nav2_mppi_controller 1.5.1."""
