@@ -124,7 +124,7 @@ def check_frame(field: str, found: str, expected: str) -> None:
     if expected not in ('', found):
         raise RefusedMessageError(
             f'{field} is not {expected}', f"it is '{shortened(found, 60)}'; the parameters odom_frame_id, "
-            'base_frame_id and reference_frame_id say what is expected')
+            'path_frame, base_frame_id and reference_frame_id say what is expected')
 
 
 def read_odometry(message: Any, frame: str = '', child_frame: str = '') -> tuple[Pose, BodyVelocity]:

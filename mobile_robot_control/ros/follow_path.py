@@ -17,7 +17,7 @@ from mobile_robot_control.topics import FOLLOW
 if TYPE_CHECKING:
     from mobile_robot_control.ros.path_planning import PathAnswer
 
-_LOOK = 0.2
+LOOK = 0.2
 """[s] from one look and feedback to the next."""
 
 
@@ -54,7 +54,7 @@ class _Goal:
         self.handle, self.future = handle, future
         self.is_driven = self.is_stopping = False
         self.since: float | None = None
-        self.looked, self.left = -_LOOK, float('inf')
+        self.looked, self.left = -LOOK, float('inf')
 
 
 class FollowPath:
@@ -127,9 +127,9 @@ class FollowPath:
             self._end('UNKNOWN', f'a message on {answer.topic} has taken its place')
 
     def step(self, time: float, look: Callable[[], View], limits: GoalParameters) -> None:
-        """Look after the goal at a tick, at a time [s]."""
+        """Look after the goal at a time [s], in lockstep at ticks; on the wall clock also while no odometry comes."""
         goal = self._goal
-        if goal is None or time - goal.looked < _LOOK:
+        if goal is None or time - goal.looked < LOOK:
             return
         goal.looked, view = time, look()
         if goal.handle.is_cancel_requested and not goal.is_stopping:

@@ -23,11 +23,11 @@ from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.settings.sros2_policy import policy
 
 TF2 = """
-from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
 
 class TransformBroadcaster:
     def __init__(self, node):
-        node.create_publisher(String, '/tf', 1)
+        node.create_publisher(TFMessage, '/tf', 1)
 
     def sendTransform(self, transform):
         pass
@@ -35,7 +35,7 @@ class TransformBroadcaster:
 """Stands for tf2_ros, which the wheels do not have: its broadcaster publishes on /tf."""
 MODES = {
     '/lockstep': ['-p', 'noise.velocity:=0.01', '-p', 'odometry_stamped:=sampled', '-p', 'use_sim_time:=true'],
-    '/wall_clock': ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'path_frame:=map', '-p', 'wait:=true'],
+    '/wall_clock': ['--params-file', str(CONFIG / 'wall_clock.yaml')],
     '/base': ['-p', 'drive:=velocity', '-p', 'publish_clock:=false'],
 }
 """Arguments by namespace."""
@@ -85,8 +85,12 @@ def test_every_node_creates_what_the_policy_allows_and_nothing_else(domain, tmp_
         for kind, topic in ((String, '/tf_static'), (WrenchStamped, '/lockstep/disturbance'), (Path, '/lockstep/path')):
             others.create_publisher(kind, topic, 1)
         robots.add(others)
+        localised = tmp_path / 'localised.yaml'
+        localised.write_text('/**: {ros__parameters: {path_frame: map}}\n'
+                             '/**/reference_cart: {ros__parameters: {wait: true}}\n')
         for namespace, arguments in MODES.items():
-            robots.start(namespace=namespace, arguments=arguments, composed=True)
+            more = ['--params-file', str(localised)] if namespace == '/wall_clock' else []
+            robots.start(namespace=namespace, arguments=[*arguments, *more], composed=True)
         _compare(robots)
 
 

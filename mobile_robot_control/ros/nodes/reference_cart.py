@@ -2,6 +2,7 @@
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -15,14 +16,14 @@ from rclpy.serialization import serialize_message
 
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import RefusedMessageError
-from mobile_robot_control.quantities import NANOSECONDS, Pose, Reference
+from mobile_robot_control.quantities import NANOSECONDS, Pose
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.localisation import apart, composed
 from mobile_robot_control.ros.cart_course import CartCourse
 from mobile_robot_control.ros.cart_time import PERIOD, CartTime, CartWait, LockstepTime, WallClockTime
 from mobile_robot_control.ros.conversions import reader
 from mobile_robot_control.ros.diagnostics import Condition
-from mobile_robot_control.ros.follow_path import FollowPath, View
+from mobile_robot_control.ros.follow_path import LOOK, FollowPath, View
 from mobile_robot_control.ros.localisation import LocalisationInput, LockstepCorrections, WallClockCorrections
 from mobile_robot_control.ros.lockstep import Outputs
 from mobile_robot_control.ros.nodes.cart_paths import Due, LockstepPaths, WallClockPaths
@@ -111,6 +112,9 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         kind = action_class('nav2_msgs/action/FollowPath') if self.parameters.curve.curve == PATH else None
         self._goals = None if kind is None else FollowPath(
             self, kind, partial(self._receive_path, topic=FOLLOW), self._stop_on_path)
+        if self._goals is not None and not shared.lockstep:
+            create_steady_timer(LOOK, lambda: self._look_after_goal(time.monotonic()), self)
+        self._cart = self._course.reference(0.0)
         self._pose = Pose(0.0, 0.0, 0.0)
         self._taken: PathAnswer | None = None
         self._led: Pose | None = None
@@ -301,13 +305,18 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._miss_path()
         references = self._time.references(inputs.stamp)
         self._tell_errors(references[0].pose)
-        if self._goals is not None:
-            self._goals.step(inputs.stamp / NANOSECONDS, partial(self._view, references[0]), self.parameters.goal)
+        self._cart = references[0]
+        if self._shared.lockstep:
+            self._look_after_goal(inputs.stamp / NANOSECONDS)
         return {'reference': references[0], 'reference_horizon': references}
 
-    def _view(self, cart: Reference) -> View:
+    def _look_after_goal(self, now: float) -> None:
+        if self._goals is not None:
+            self._goals.step(now, self._view, self.parameters.goal)
+
+    def _view(self) -> View:
         condition = self._time.condition()
-        return View(self._pose, cart, *self._course.left(round(self._time.now() * NANOSECONDS)),
+        return View(self._pose, self._cart, *self._course.left(round(self._time.now() * NANOSECONDS)),
                     condition.detail if condition else '')
 
     def receive(self, _topic: str, _stamp: int, value: Any) -> Any:

@@ -59,8 +59,9 @@ def test_the_command_of_a_base_leads_by_the_mean_acceleration_of_its_period():
                       position_controller={'feedforward.lag': (0.2, 0.1), 'feedforward.dead_time': (0.05, 0.02), **fed})
     first, placement = next(rollout(loop, 1.0)), loop.reference_cart.curve.placement
     now, then = (accelerated_at(CURVES['trifolium'], time, placement) for time in (0.0, 0.01))
-    assert first.command == pytest.approx([velocity + 0.25 * 0.5 * (one + other) for velocity, one, other in zip(
-        now.velocity, now.acceleration, then.acceleration, strict=True)], rel=1e-12)
+    assert first.command == pytest.approx([
+        velocity + lead * 0.5 * (one + other) for velocity, one, other, lead in zip(
+            now.velocity, now.acceleration, then.acceleration, (0.25, 0.12), strict=True)], rel=1e-12)
 
 
 def test_every_sample_follows_from_the_one_before():
