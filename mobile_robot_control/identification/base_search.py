@@ -41,7 +41,7 @@ _LEAST = (0.03, 0.06)
 """[m/s, rad/s]: a command with no larger variation is no excitation."""
 _SECOND = 0.2
 """A second lag above this share of the first one counts."""
-_QUANTA = np.geomspace(0.01, 0.4, 80)
+_QUANTA = np.geomspace(0.01, 0.4, 40)
 """Shares of the largest command that are tried as its quantum."""
 _CHI2 = 3.84
 """95 % quantile of the square of a normal variable."""
@@ -180,9 +180,9 @@ def fit_base(
             for n in channels:
                 found = _with_limit(search, found, fixed, f'base.{name}[{n}]', n)
         for n in channels:
-            found = _with_quantum(search, found, fixed, zones, n)
             found = _with_dead_zone(search, found, fixed, zones, n)
     for n in channels:
+        found = _with_quantum(search, found, fixed, zones, n)
         if f'base.max_acceleration[{n}]' in found.names:
             found = _with_limit(search, found, fixed, f'base.max_deceleration[{n}]', n)
     final = _Search(recordings, robot, given, tell, STEP)
@@ -276,8 +276,6 @@ def _with_quantum(
 ) -> Estimate:
     """Return an estimate with rounded commands if the data show it, and add the quantum to `fixed` and `zones`."""
     name, values, largest = QUANTA[n], _values(before), float(search.commands(n).max())
-    if name in zones:
-        return before
 
     def costs(quanta: Floats) -> Floats:
         return np.array([search.cost(values, {**fixed, name: quantum}, before) for quantum in quanta.tolist()])

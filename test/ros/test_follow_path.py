@@ -94,9 +94,9 @@ def client(robot, tmp_path):
     return Client(robot, tmp_path)
 
 
-def test_goals_are_driven_cancelled_preempted_and_refused_with_the_constants_of_the_type(client):
-    # ten goals, one after the other
-    for n in range(10):
+@pytest.mark.parametrize('count', [2, pytest.param(10, marks=pytest.mark.soak)])
+def test_goals_are_driven_cancelled_preempted_and_refused_with_the_constants_of_the_type(client, count):
+    for n in range(count):
         handle = client.send((0.0, 0.0), (0.3, 0.05 * (-1) ** n), (0.6, 0.0))
         assert client.result(handle) == (GoalStatus.STATUS_SUCCEEDED, client.kind.Result.NONE, '')
     left = [one.distance_to_goal for one in client.feedback]

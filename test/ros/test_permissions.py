@@ -11,7 +11,7 @@ import sys
 import time
 
 import pytest
-from geometry_msgs.msg import WrenchStamped
+from geometry_msgs.msg import PoseStamped, TransformStamped, WrenchStamped
 from helpers import interfaces
 from helpers.harness import CONFIG, Robots
 from helpers.policy_reading import allowed
@@ -76,13 +76,15 @@ def seldom(condition):
 
 
 def test_every_node_creates_what_the_policy_allows_and_nothing_else(domain, tmp_path, monkeypatch):
-    interfaces.need('tf2_msgs')
+    TFMessage = interfaces.need('tf2_msgs').TFMessage
     (tmp_path / 'tf2_ros.py').write_text(TF2)
     monkeypatch.setenv('PYTHONPATH', os.pathsep.join([str(tmp_path), *filter(None, sys.path)]))
     with contextlib.closing(Robots(tmp_path / 'run', tuple(MODES))) as robots:
         # a robot in each mode, beside a node that publishes on /tf_static, pushes and leads one
         others = Node('others')
-        for kind, topic in ((String, '/tf_static'), (WrenchStamped, '/lockstep/disturbance'), (Path, '/lockstep/path')):
+        for kind, topic in ((TFMessage, '/tf_static'), (WrenchStamped, '/lockstep/disturbance'),
+                            (Path, '/lockstep/path'), (PoseStamped, '/lockstep/goal_pose'),
+                            (TransformStamped, '/lockstep/correction')):
             others.create_publisher(kind, topic, 1)
         robots.add(others)
         localised = tmp_path / 'localised.yaml'

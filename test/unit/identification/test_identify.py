@@ -12,9 +12,10 @@ import yaml
 from helpers.bag_making import CMD_VEL, KINDS
 from helpers.drawn_robots import commands, record
 
-from mobile_robot_control.identification import judgement
+from mobile_robot_control.identification import command, judgement
 from mobile_robot_control.identification.command import main
 from mobile_robot_control.identification.export import export_text
+from mobile_robot_control.identification.identify import identify
 from mobile_robot_control.identification.result import Identification, Judgement, Parameter, read_estimates
 from mobile_robot_control.messages.bag_files import BagFiles
 from mobile_robot_control.model.base import Base
@@ -99,6 +100,8 @@ def test_a_model_that_is_not_usable_is_written_only_where_it_is_accepted_and_wit
 ):
     monkeypatch.setitem(judgement.LARGEST, judgement.GOOD, 1e-6)
     monkeypatch.setitem(judgement.LARGEST, judgement.USABLE, 1e-6)
+    found = identify(bag, topics={'odom': '/base/odom', 'cmd_vel': '/base/cmd_vel'})
+    monkeypatch.setattr(command, 'identified', lambda *_: found)
     output = tmp_path / 'bad.yaml'
     for words, code in (([], 1), (['--accept'], 0)):
         assert main([str(bag), *TOPICS, '--output', str(output), '--report', str(tmp_path / 'page'), *words]) == code
