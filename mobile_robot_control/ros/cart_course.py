@@ -15,8 +15,8 @@ from mobile_robot_control.reference.waypoints import NO_WAYPOINTS
 from mobile_robot_control.settings.nodes import (
     ReferenceCartParameters,
     awaits_path,
-    course_driven,
     drawing_of,
+    driven_course_of,
     path_of,
     path_request,
 )
@@ -70,7 +70,7 @@ class CartCourse:
         if not awaits_path(self._cart):
             request = path_of(self._cart)
             self._route = request or None
-            self._begin_at(course_driven(self._cart) if correction == SAME else course_at(
+            self._begin_at(driven_course_of(self._cart) if correction == SAME else course_at(
                 self._given.curve, self._given.placement, request, correction), time)
 
     def _begin_at(self, course: Course, begins: int) -> None:

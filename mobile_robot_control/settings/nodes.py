@@ -203,14 +203,14 @@ def drawing_of(cart: ReferenceCartParameters) -> Drawing | tuple[()]:
     return Drawing(cart.localisation, period_nanoseconds(cart.shared.position_rate), cart.shared.reference_horizon)
 
 
-def course_driven(cart: ReferenceCartParameters) -> Course:
+def driven_course_of(cart: ReferenceCartParameters) -> Course:
     """Return the course of the cart, with the corrections that are drawn."""
     return driven_course(cart.curve.curve, cart.curve.placement, path_of(cart), drawing_of(cart))
 
 
 def known_course(cart: ReferenceCartParameters) -> Course | None:
     """Return the course of the cart; None if it awaits a path."""
-    return None if awaits_path(cart) else course_driven(cart)
+    return None if awaits_path(cart) else driven_course_of(cart)
 
 
 def with_options(loop: LoopGraph, shared: Shared) -> LoopGraph:
