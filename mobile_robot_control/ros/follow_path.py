@@ -140,13 +140,13 @@ class FollowPath:
             if stands:
                 self._end('CANCELED', 'canceled')
             return
-        if not goal.is_driven:
-            return
-        goal.handle.publish_feedback(self._feedback(view))
-        if view.end is not None and is_reached(view.robot, view.end, limits):
-            self._end('NONE', '')
-        elif goal.since is None or view.left < goal.left - limits.position_tolerance:
-            goal.since, goal.left = time, view.left
+        if goal.is_driven:
+            goal.handle.publish_feedback(self._feedback(view))
+            if view.end is not None and is_reached(view.robot, view.end, limits):
+                self._end('NONE', '')
+                return
+        if goal.since is None or (goal.is_driven and view.left < goal.left - limits.position_tolerance):
+            goal.since, goal.left = time, view.left if goal.is_driven else goal.left
         elif limits.timeout > 0.0 and time - goal.since > limits.timeout:
             why = view.why or 'the robot is not at the end of the path'
             self._end('FAILED_TO_MAKE_PROGRESS', f'no progress for goal.timeout = {limits.timeout:g} s: {why}')

@@ -77,12 +77,12 @@ def test_intervals_cover_the_numbers_of_100_bases_as_often_as_they_say(tmp_path)
     assert max(widths.values()) <= 3.0
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(('base', 'grade', 'told'), [
     (Base(scrub=0.4), USABLE, r'turns 0\.\d+ times as far as the model on the spot, and 1\.\d+ times in curves'),
-    *(pytest.param(*row, marks=pytest.mark.soak) for row in (
-        (Base(), GOOD, ''),
-        (Base(scrub=0.8), UNUSABLE, 'slip depends on the curvature'),
-        (Base(second_lag=0.15), GOOD, r'v follows with two lags, of 0\.[12]\d* and 0\.1\d* s(.|\n)*ω follows with'))),
+    (Base(), GOOD, ''),
+    (Base(scrub=0.8), UNUSABLE, 'slip depends on the curvature'),
+    (Base(second_lag=0.15), GOOD, r'v follows with two lags, of 0\.[12]\d* and 0\.1\d* s(.|\n)*ω follows with'),
 ], ids=str)
 def test_a_model_is_judged_by_what_it_misses_and_what_it_lacks_is_named(base, grade, told, tmp_path):
     found = identified(record_stand_in(tmp_path / 'bag', base, 40.0))

@@ -21,7 +21,7 @@ PARAMETERS = """
   ros__parameters:
     wait: true
     curve: path
-    goal.timeout: 2.0
+    goal.timeout: 30.0
     timing: {max_linear_velocity: 1.0, max_linear_acceleration: 1.0, max_angular_velocity: 2.0,
              max_angular_acceleration: 4.0}
 """
@@ -136,8 +136,9 @@ def test_a_client_that_is_killed_changes_nothing_and_a_robot_that_stands_aborts_
     # a new goal from another client, and a robot that no longer moves
     handle = client.send((0.3, 0.0), (4.0, 0.0))
     client.robot.spin_until(client.drives)
-    client.base.move = lambda: None
-    client.base.timers_stopped = [timer.cancel() for timer in client.base.timers]
+    assert client.robot.set('reference_cart', goal__timeout=2.0)[0].successful
+    for timer in client.base.timers:
+        timer.cancel()
     status, code, why = client.result(handle)
     assert (status, code) == (GoalStatus.STATUS_ABORTED, client.kind.Result.FAILED_TO_MAKE_PROGRESS)
     assert 'no progress for goal.timeout = 2 s' in why

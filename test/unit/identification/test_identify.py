@@ -16,7 +16,7 @@ from mobile_robot_control.identification import command, judgement
 from mobile_robot_control.identification.command import main
 from mobile_robot_control.identification.export import export_text
 from mobile_robot_control.identification.identify import identify
-from mobile_robot_control.identification.result import Identification, Judgement, Parameter, read_estimates
+from mobile_robot_control.identification.result import Identification, Judgement, Parameter, Prediction, read_estimates
 from mobile_robot_control.messages.bag_files import BagFiles
 from mobile_robot_control.model.base import Base
 from mobile_robot_control.parameters.declaration import ParameterError
@@ -51,6 +51,23 @@ def test_it_writes_a_file_and_a_page_of_a_bag_that_was_cut_off(bag, tmp_path, ca
     assert {one['name'] for one in found['parameters']} >= set(identified['names'])
     assert (found['judgement']['grade'], identified['grade']) == ('good', 'good')
     assert 'create3' in (report / 'identification.html').read_text()
+
+
+@pytest.mark.parametrize(('missed', 'grade'), [(0.02, 'good'), (0.2, 'usable'), (0.7, 'unusable')])
+def test_a_model_is_graded_by_the_share_of_the_motion_that_it_misses_and_by_regime(missed, grade):
+    times = 0.05 * np.arange(1200)
+    # by turns on the spot and straight on, 6 s each: the turns on the spot are missed
+    on_the_spot = (times % 12.0 < 6.0)
+    modelled = np.column_stack([np.where(on_the_spot, 0.0, 0.5), np.where(on_the_spot, 1.0, 0.0)])
+    noise = np.random.default_rng(0).normal(0.0, 0.01, modelled.shape)
+    measured = modelled * [1.0, 1.0 / (1.0 - missed)] + noise
+    one = Prediction('bag', times, measured, modelled, 48.0, *[np.zeros((2, 3))] * 2)
+    judged = judgement.judge([one])
+    assert judged.grade == grade
+    assert judged.shares == pytest.approx((0.0, missed), abs=0.02)
+    assert max(judged.regimes, key=lambda name: judged.regimes[name][1]) == 'turning on the spot'
+    assert judged.regimes['driving'][1] < 0.02
+    assert len(list(judgement.slip_with_curvature([one]))) == 0
 
 
 SMOOTHER = {'smoothing_frequency', 'feedback', 'scale_velocities', 'max_velocity', 'min_velocity', 'max_accel',
@@ -150,7 +167,8 @@ def _later(message, by, received):
 
 
 @pytest.mark.parametrize(('gap', 'received', 'share'), [
-    (10**18, 10**18, 0.1), (10**18, 10**18, 0.9), (10**12, 10**12, 0.5), (10**18, 0, 0.1), (0, 10**12, 0.9)])
+    (10**18, 10**18, 0.1), (0, 10**12, 0.9), (10**18, 0, 0.1),
+    *(pytest.param(*row, marks=pytest.mark.soak) for row in ((10**18, 10**18, 0.9), (10**12, 10**12, 0.5)))])
 def test_a_gap_of_any_length_leaves_what_lies_before_and_after_it(bag, tmp_path, capsys, gap, received, share):
     # before the gap all is earlier: a stamp after it would be beyond the range of messages
     broken = _rewritten(bag, tmp_path / 'broken', lambda message, place: _later(
