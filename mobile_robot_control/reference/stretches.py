@@ -194,7 +194,8 @@ def _control_of(request: PathRequest) -> list[tuple[Point, int]]:
 
 def polyline(spans: Sequence[Span], parts: int = PARTS) -> list[Point]:
     """Return a polyline along spans, so many segments each."""
-    return [span.at(part / parts)[:2] for span in spans for part in range(parts)] + [spans[-1].at(1.0)[:2]]
+    points = [span.at(part / parts)[:2] for span in spans for part in range(parts)]
+    return points + [span.at(1.0)[:2] for span in spans[-1:]]
 
 
 def _is_backward(request: PathRequest, stretch: Stretch, ends: tuple[int, int], ignored: list[str]) -> bool:

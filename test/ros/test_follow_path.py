@@ -12,17 +12,20 @@ from helpers import interfaces, stand_in_base
 from helpers.harness import CONFIG
 from nav_msgs.msg import Odometry
 
+from mobile_robot_control.messages.parsing import read_odometry
 from mobile_robot_control.messages.writing import path_message
 from mobile_robot_control.quantities import Pose
+from mobile_robot_control.reference.localisation import composed
 
 PARAMETERS = """
-/**: {ros__parameters: {base_frame_id: base_footprint, odom_frame_id: odom}}
+/**: {ros__parameters: {base_frame_id: base_footprint, odom_frame_id: map}}
+/**/position_controller: {ros__parameters: {limits.odom_jump: 0.0}}
 /**/reference_cart:
   ros__parameters:
     wait: true
     curve: path
     goal.timeout: 30.0
-    timing: {max_linear_velocity: 1.0, max_linear_acceleration: 1.0, max_angular_velocity: 2.0,
+    timing: {max_linear_velocity: 0.5, max_linear_acceleration: 1.0, max_angular_velocity: 2.0,
              max_angular_acceleration: 4.0}
 """
 CLIENT = """
@@ -35,8 +38,8 @@ CLIENT = """
     node = rclpy.create_node('client')
     client = ActionClient(node, FollowPath, 'follow_path')
     client.wait_for_server()
-    x, y, heading = map(float, sys.argv[1:])
-    ask = client.send_goal_async(FollowPath.Goal(path=path_message('odom', [Pose(x, y, 0.0), Pose(x + 3.0, y, 0.0)])))
+    x, y = map(float, sys.argv[1:])
+    ask = client.send_goal_async(FollowPath.Goal(path=path_message('map', [Pose(x, y, 0.0), Pose(x, y + 3.0, 0.0)])))
     rclpy.spin_until_future_complete(node, ask)
     print('accepted', flush=True)
     rclpy.spin(node)
@@ -51,22 +54,25 @@ class Client:
 
         self.kind = interfaces.need('nav2_msgs', 'action').FollowPath
         (folder / 'mine.yaml').write_text(PARAMETERS)
-        self.robot, self.base, self.feedback, self.cart = robot, stand_in_base.Base(plain=False), [], []
-        self.base.frame, self.base.x, self.base.heading = 'odom', 0.0, 0.0
-        robot.add(self.base)
+        self.robot, self.odom, self.feedback, self.cart = robot, [], [], []
+        # a process of its own: this one is held up on a busy machine
+        self.base = subprocess.Popen([sys.executable, stand_in_base.__file__])
+        robot.recorder.create_subscription(Odometry, 'odom', self.odom.append, 10)
         robot.recorder.create_subscription(Odometry, 'reference', self.cart.append, 10)
         self.client = ActionClient(robot.recorder, self.kind, 'follow_path')
         robot.start('position_controller', 'reference_cart', composed=True, arguments=[
             '--params-file', str(CONFIG / 'wall_clock.yaml'), '--params-file', str(folder / 'mine.yaml')])
         robot.spin_until(self.client.server_is_ready)
-        robot.spin_until(lambda: self.cart)
+        robot.spin_until(lambda: self.cart and self.odom)
 
-    def send(self, *points, frame='odom'):
+    @property
+    def pose(self):
+        """Of the robot."""
+        return read_odometry(self.odom[-1])[0]
+
+    def send(self, *points, frame='map'):
         """Send a goal along points ahead of the robot [m]; return its handle."""
-        at = self.base
-        path = path_message(frame, [
-            Pose(at.x + x * math.cos(at.heading) - y * math.sin(at.heading),
-                 at.y + x * math.sin(at.heading) + y * math.cos(at.heading), 0.0) for x, y in points])
+        path = path_message(frame, [composed(self.pose, Pose(*point, 0.0)) for point in points])
         sent = self.client.send_goal_async(self.kind.Goal(path=path), lambda one: self.feedback.append(one.feedback))
         self.robot.spin_until(sent.done)
         assert sent.result().accepted
@@ -79,19 +85,22 @@ class Client:
         return found.result().status, found.result().result.error_code, found.result().result.error_msg
 
     def drives(self):
-        return abs(self.base.v) > 0.1
+        return abs(self.odom[-1].twist.twist.linear.x) > 0.1
 
     def stands(self, seconds=1.0):
         """Return whether the robot stands, and stays so."""
-        self.robot.spin_until(lambda: abs(self.base.v) + abs(self.base.omega) < 1e-3)
-        at = self.base.x, self.base.y
+        self.robot.spin_until(lambda: max(map(abs, read_odometry(self.odom[-1])[1])) < 1e-3)
+        at = self.pose[:2]
         self.robot.listen(seconds)
-        return math.dist(at, (self.base.x, self.base.y)) < 0.005
+        return math.dist(at, self.pose[:2]) < 0.005
 
 
 @pytest.fixture
 def client(robot, tmp_path):
-    return Client(robot, tmp_path)
+    made = Client(robot, tmp_path)
+    yield made
+    made.base.kill()
+    made.base.wait()
 
 
 @pytest.mark.parametrize('count', [2, pytest.param(10, marks=pytest.mark.soak)])
@@ -115,8 +124,8 @@ def test_goals_are_driven_cancelled_preempted_and_refused_with_the_constants_of_
     assert (status, code) == (GoalStatus.STATUS_ABORTED, client.kind.Result.UNKNOWN)
     assert 'another goal' in why
     assert client.result(second)[0] == GoalStatus.STATUS_SUCCEEDED
-    for points, frame, told in (([(4.0, 0.0), (6.0, 0.0)], 'odom', 'path.join_distance'),
-                                ([(0.0, 0.0), (1.0, 0.0)], 'map', 'frame_id is not odom')):
+    for points, frame, told in (([(4.0, 0.0), (6.0, 0.0)], 'map', 'path.join_distance'),
+                                ([(0.0, 0.0), (1.0, 0.0)], 'odom', 'frame_id is not map')):
         status, code, why = client.result(client.send(*points, frame=frame))
         assert (status, code) == (GoalStatus.STATUS_ABORTED, client.kind.Result.INVALID_PATH)
         assert told in why
@@ -124,21 +133,19 @@ def test_goals_are_driven_cancelled_preempted_and_refused_with_the_constants_of_
 
 
 def test_a_client_that_is_killed_changes_nothing_and_a_robot_that_stands_aborts_the_goal(client):
-    at = client.base
-    other = subprocess.Popen([sys.executable, '-c', textwrap.dedent(CLIENT), str(at.x), str(at.y), '0.0'],
+    other = subprocess.Popen([sys.executable, '-c', textwrap.dedent(CLIENT), *map(str, client.pose[:2])],
                              stdout=subprocess.PIPE, text=True)
     assert other.stdout.readline() == 'accepted\n'
     client.robot.spin_until(client.drives)
     other.send_signal(signal.SIGKILL)
     other.wait()
-    before = client.base.x
-    client.robot.spin_until(lambda: client.base.x > before + 1.0)
+    before = client.pose.y
+    client.robot.spin_until(lambda: client.pose.y > before + 0.5)
     # a new goal from another client, and a robot that no longer moves
     handle = client.send((0.3, 0.0), (4.0, 0.0))
     client.robot.spin_until(client.drives)
     assert client.robot.set('reference_cart', goal__timeout=2.0)[0].successful
-    for timer in client.base.timers:
-        timer.cancel()
+    client.base.kill()
     status, code, why = client.result(handle)
     assert (status, code) == (GoalStatus.STATUS_ABORTED, client.kind.Result.FAILED_TO_MAKE_PROGRESS)
     assert 'no progress for goal.timeout = 2 s' in why

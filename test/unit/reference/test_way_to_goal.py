@@ -41,6 +41,8 @@ def test_a_cart_arrives_with_the_heading_from_rest_and_in_motion_whatever_the_fr
         goal = near(composed(correction, stands.pose))
         motion, _ = drive_to(goal, REQUEST, stands, None, correction, 'goal_pose')
         assert_arrives(motion, goal, correction)
+        assert motion.left(motion.period) == pytest.approx(0.0, abs=1e-9)
+        assert motion.left(0.0) == pytest.approx(motion.length, rel=1e-2)
         time = motion.period * draw.uniform(0.1, 0.9)
         other = near(goal)
         onward, _ = drive_to(other, REQUEST, motion.accelerated(time), motion.rest(time), correction, 'goal_pose')
