@@ -144,9 +144,10 @@ class Localised:
     def now(self):
         return self.base.get_clock().now().nanoseconds
 
-    def move(self, jump, turn):
-        """Correct the localisation about the robot, to a drawn side."""
-        here, way = composed(self.correction, self.pose), self._draw.uniform(-math.pi, math.pi)
+    def move(self, jump, turn, way=None):
+        """Correct the localisation about the robot, in a direction in the map, or in a drawn one."""
+        here, drawn = composed(self.correction, self.pose), self._draw.uniform(-math.pi, math.pi)
+        way = drawn if way is None else way
         there = Pose(here.x + jump * math.cos(way), here.y + jump * math.sin(way),
                      here.heading + self._draw.choice((-1.0, 1.0)) * turn)
         self.correction = composed(there, inverse(self.pose))
@@ -197,7 +198,27 @@ def launch(robot, folder, timeout=2.0):
     return [plan.reference(n * 0.02) for n in range(round(plan.period / 0.02))]
 
 
-def test_corrections_about_the_robot_lead_the_cart_over_within_its_limits(robot, tf, tmp_path):
+def assert_within_limits(base):
+    assert min(v for v, _ in base.references) >= 0.0
+    # a joint may exceed a limit by 1 %
+    assert max(v for v, _ in base.references) < 0.4 * 1.02
+    assert max(abs(omega) for _, omega in base.references) < 1.2 * 1.02
+
+
+def test_a_correction_about_the_robot_leads_the_cart_over_within_its_limits(robot, tf, tmp_path):
+    base = Localised(robot, tf, 0.0)
+    base.plan = launch(robot, tmp_path)
+    for _ in range(2):
+        robot.spin_until(lambda: base.references and base.references[-1][0] > 0.3)
+        # across the path
+        base.move(0.1, math.radians(3.0), 0.5 * math.pi)
+        robot.spin_until(lambda: base.errors[-1][1] > 0.05)
+        robot.spin_until(lambda: base.errors[-1][1] < 0.01)
+    assert_within_limits(base)
+
+
+@pytest.mark.soak
+def test_from_two_seconds_after_each_correction_the_robot_is_on_its_path_in_the_map(robot, tf, tmp_path):
     base = Localised(robot, tf, 4.0, 0.1, math.radians(3.0))
     base.plan = launch(robot, tmp_path)
     robot.spin_until(lambda: base.begun and base.now() - base.begun > 14.5e9, 120.0)
@@ -207,10 +228,7 @@ def test_corrections_about_the_robot_lead_the_cart_over_within_its_limits(robot,
     assert math.sqrt(statistics.fmean(error**2 for error in late)) < 0.01
     assert max(late) < 0.03
     assert max(error for _, error in base.errors) < 0.1 + 0.02
-    assert min(v for v, _ in base.references) >= 0.0
-    # a joint may exceed a limit by 1 %
-    assert max(v for v, _ in base.references) < 0.4 * 1.02
-    assert max(abs(omega) for _, omega in base.references) < 1.2 * 1.02
+    assert_within_limits(base)
 
 
 def test_a_noisy_localisation_is_smoothed_a_lost_one_holds_the_cart_and_a_jump_stops_the_robot(robot, tf, tmp_path):
