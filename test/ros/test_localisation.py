@@ -231,9 +231,19 @@ def test_from_two_seconds_after_each_correction_the_robot_is_on_its_path_in_the_
     assert_within_limits(base)
 
 
+@pytest.mark.soak
+def test_noise_of_a_localisation_at_50_hz_does_not_swing_the_robot(robot, tf, tmp_path):
+    base = Localised(robot, tf, 0.0, noise=0.005)
+    base.plan = launch(robot, tmp_path)
+    robot.spin_until(lambda: base.begun and base.now() - base.begun > 8e9, 60.0)
+    swings = sum(abs(after - before) for (_, before), (_, after) in pairwise(base.references))
+    assert swings < 1.2 * sum(abs(after.velocity.angular - before.velocity.angular) for before, after in pairwise(
+        base.plan[:round((base.now() - base.begun) / 2e7)]))
+
+
 def test_a_noisy_localisation_is_smoothed_a_lost_one_holds_the_cart_and_a_jump_stops_the_robot(robot, tf, tmp_path):
     base = Localised(robot, tf, 0.0, noise=0.005)
-    base.plan = launch(robot, tmp_path, timeout=0.5)
+    base.plan = launch(robot, tmp_path, timeout=2.0)
     events = []
     robot.recorder.create_subscription(DiagnosticArray, 'events', lambda message: events.extend(
         status.values[0].key for status in message.status), KEPT)
@@ -244,15 +254,12 @@ def test_a_noisy_localisation_is_smoothed_a_lost_one_holds_the_cart_and_a_jump_s
     robot.spin_until(lambda: base.begun and base.now() - base.begun > 6e9 and drives(), 60.0)
     # at most one a second; the first one places the path
     assert events.count('correction') <= 1 + 6
-    swings = sum(abs(after - before) for (_, before), (_, after) in pairwise(base.references))
-    assert swings < 1.2 * sum(abs(after.velocity.angular - before.velocity.angular) for before, after in pairwise(
-        base.plan[:round((base.now() - base.begun) / 2e7)]))
     base.silent = True
     robot.spin_until(lambda: base.references[-1][0] == 0.0)
     # within a second, not at once
     slowing = [v for v, _ in base.references[-100:] if 0.0 < v < 0.38]
     assert len(slowing) > 20
-    robot.spin_until(lambda: 's old, and localisation.timeout is 0.5 s' in str(base.states['reference_cart']))
+    robot.spin_until(lambda: 's old, and localisation.timeout is 2 s' in str(base.states['reference_cart']))
     base.silent = False
     robot.spin_until(drives)
     # another node has another opinion
