@@ -7,7 +7,7 @@ in `joint_states` give mass, inertia and friction of a robot that takes torques;
 needs the extra `fast`.
 
 Each number has a 95 % interval that allows for correlated residuals. Limits and dead zones are written
-where the recording shows them. A model fitted without the last fifth of each bag predicts it, and the error is
+where the recording shows them. A model fitted without the last fifth of each bag predicts it, and the error
 judges it: below 10 % of the motion it is good, up to 30 % usable; a worse one is written with --accept alone.
 Intervals of a model that fails a test are wider by its error. Numbers that the recording leaves open are named with
 what to record, and not written.

@@ -14,6 +14,7 @@ from mobile_robot_control.reference.path_parameters import PathRequest
 from mobile_robot_control.reference.waypoints import NO_WAYPOINTS
 from mobile_robot_control.settings.nodes import (
     ReferenceCartParameters,
+    awaits_corrections,
     awaits_path,
     drawing_of,
     driven_course_of,
@@ -52,17 +53,12 @@ class CartCourse:
         A cart that awaits its path stands at the robot's pose, and so does one that awaits its first correction.
         """
         self._cart, self._given = cart, cart.curve
-        self.correction = SAME if not self.awaits_corrections else correction
+        self.correction = correction if awaits_corrections(cart) else SAME
         self._route: PathRequest | None = None
         self._begin_at(Standing(pose), 0)
         self._leads_on = not awaits_path(cart)
         if self.correction is not None:
             self.place(self.correction, 0)
-
-    @property
-    def awaits_corrections(self) -> bool:
-        """Whether a localisation corrects the course: none that is drawn."""
-        return self._cart.shared.is_localised and not drawing_of(self._cart)
 
     def place(self, correction: Pose, time: int) -> None:
         """Begin the course of the parameters at a time [ns], with the first correction of a run."""

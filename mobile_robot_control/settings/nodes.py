@@ -208,9 +208,14 @@ def driven_course_of(cart: ReferenceCartParameters) -> Course:
     return driven_course(cart.curve.curve, cart.curve.placement, path_of(cart), drawing_of(cart))
 
 
+def awaits_corrections(cart: ReferenceCartParameters) -> bool:
+    """Return whether a localisation places the course: none that is drawn."""
+    return cart.shared.is_localised and not drawing_of(cart)
+
+
 def known_course(cart: ReferenceCartParameters) -> Course | None:
-    """Return the course of the cart; None if it awaits a path."""
-    return None if awaits_path(cart) else driven_course_of(cart)
+    """Return the course of the cart in the frame of odometry; None if it awaits a path or a localisation places it."""
+    return None if awaits_path(cart) or awaits_corrections(cart) else driven_course_of(cart)
 
 
 def with_options(loop: LoopGraph, shared: Shared) -> LoopGraph:

@@ -31,7 +31,7 @@ from mobile_robot_control.ros.nodes.loop_node import LoopNode
 from mobile_robot_control.ros.qos import LATCHED, QUIET, SUBSCRIBED, action_class
 from mobile_robot_control.ros.stamp_policy import Input, Inputs
 from mobile_robot_control.ros.timers import create_steady_timer
-from mobile_robot_control.settings.nodes import ReferenceCartParameters, awaits_path
+from mobile_robot_control.settings.nodes import ReferenceCartParameters, awaits_corrections, awaits_path
 from mobile_robot_control.topics import CORRECTION, FOLLOW, GOAL, PATH_TOPIC
 
 if TYPE_CHECKING:
@@ -106,7 +106,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         subscribe_to_paths(self, self._receive_path)
         self.create_subscription(PoseStamped, GOAL, partial(self._receive_path, topic=GOAL), SUBSCRIBED, raw=True)
         self._corrections: LockstepCorrections | WallClockCorrections | None = None
-        if self._course.awaits_corrections:
+        if awaits_corrections(self.parameters):
             self._corrections = LockstepCorrections() if shared.lockstep else WallClockCorrections()
             self._localisation = LocalisationInput(self, shared, self._validator, self._corrections.take)
         kind = action_class('nav2_msgs/action/FollowPath') if self.parameters.curve.curve == PATH else None
