@@ -109,7 +109,9 @@ class Blend(NamedTuple):
             BodyVelocity(math.hypot(vx, vy), (vx * ay - vy * ax) / (vx * vx + vy * vy)), NO_ACCELERATION)
 
     def accelerated(self, time: float) -> Reference:
-        """Return the reference at a time [s], with its acceleration by a symmetric difference."""
+        """Return the reference at a time [s], with its acceleration; while it leads over, by a symmetric difference."""
+        if not 0.0 < time - self.begin < _BLEND:
+            return (self.before if time <= self.begin else self.after).accelerated(time)
         before, after = (self.reference(time + sign * _DT).velocity for sign in (-1.0, 1.0))
         return self.reference(time)._replace(acceleration=BodyAcceleration(
             *((late - early) / (2.0 * _DT) for early, late in zip(before, after, strict=True))))
@@ -154,6 +156,8 @@ def led_over(
     """
     if isinstance(given, CurveCourse):
         moved = given._replace(placement=placement_in_odometry(given.placement, correction))
+        if isinstance(course, Blend) and time - course.begin >= _BLEND:
+            course = course.after
         return Blend(course, moved, time), False
     from mobile_robot_control.reference.joining import lead_over  # noqa: PLC0415 (nodes without a path need no NumPy)
     from mobile_robot_control.reference.motion import Motion  # noqa: PLC0415 (as above)
@@ -214,7 +218,10 @@ class LedCourse:
             course, begins = self._courses[-1]
             then = now + self._ahead
             time = (then - begins) / NANOSECONDS
-            correction = self._corrections.step(now, course.reference(time).pose, self._drawn)
+            at = course.reference(time).pose
+            for stamp, drawn in self._drawn.until(now, at):
+                self._corrections.note(stamp, drawn, at)
+            correction = self._corrections.due(now, at)
             if correction is None or (self._request and time >= course.period):
                 continue
             with suppress(ParameterError):

@@ -141,12 +141,6 @@ class Corrections:
         # rounded, so that a message that is written again has the same heading to the last bit
         return mean._replace(heading=round(mean.heading, 9))
 
-    def step(self, now: int, at: Pose, drawn: 'DrawnCorrections') -> Pose | None:
-        """Return what is due after the corrections drawn up to now [ns], for a cart at a pose of odometry."""
-        for stamp, correction in drawn.until(now, at):
-            self.note(stamp, correction, at)
-        return self.due(now, at)
-
 
 class DrawnCorrections:
     """

@@ -13,7 +13,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import Link, RefusedMessageError, read_or_refuse, read_transforms
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.reference.localisation import SAME, Corrections, apart, composed
+from mobile_robot_control.reference.localisation import SAME, Corrections, composed
 from mobile_robot_control.ros.inputs import InputValidator
 from mobile_robot_control.ros.qos import SUBSCRIBED, message_class
 from mobile_robot_control.settings.shared import Shared
@@ -218,15 +218,3 @@ class WallClockCorrections:
         for received, correction in newest:
             self.choice.note(received, correction, at)
         return self.choice.due(time.monotonic_ns(), at)
-
-
-class JumpWatch:
-    """The jump from each correction to the next, for a robot."""
-
-    def __init__(self) -> None:
-        self._before: Pose | None = None
-
-    def jump(self, correction: Pose, robot: Pose) -> tuple[float, float]:
-        """Return by how much a correction moves and turns a robot at a pose of odometry [m], [rad]."""
-        before, self._before = self._before or correction, correction
-        return apart(composed(correction, robot), composed(before, robot))

@@ -17,8 +17,8 @@ from mobile_robot_control.control.laws import PositionControl
 from mobile_robot_control.control.limits import TrackingLimit, limit_command
 from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation, Pose, Reference, TrackingError
+from mobile_robot_control.reference.localisation import apart, composed
 from mobile_robot_control.ros.diagnostics import Condition
-from mobile_robot_control.ros.localisation import JumpWatch
 from mobile_robot_control.ros.odometry import CONFLICT, OdomConflict, OdomTwist
 from mobile_robot_control.ros.safety_stop import SafetyStop, refuse_to_stop
 from mobile_robot_control.settings.nodes import PositionControllerParameters
@@ -208,7 +208,7 @@ class RobotGuard:
         self._stop = SafetyStop(node, act, lambda why: publish({'stop': why} if why else {'release': True}))
         self._twist, self._make_conflict, self._conflict = OdomTwist(node), conflict, conflict()
         self._pose = Pose(0.0, 0.0, 0.0)
-        self._corrections = JumpWatch()
+        self._correction: Pose | None = None
         self._far = ''
 
     @property
@@ -241,7 +241,8 @@ class RobotGuard:
 
     def note_correction(self, correction: Pose, limits: TrackingLimit, drives: bool) -> None:
         """Receive a correction of odometry; stop a robot that drives, if it jumps beyond the limits."""
-        moved, turned = self._corrections.jump(correction, self._pose)
+        before, self._correction = self._correction or correction, correction
+        moved, turned = apart(composed(correction, self._pose), composed(before, self._pose))
         if not (0.0 < limits.localisation_jump < moved or 0.0 < limits.localisation_turn < turned):
             return
         words = f'the localisation has moved the robot by {moved:.2f} m and {turned:.2f} rad at once'

@@ -150,6 +150,9 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
                          for one in (self.parameters.curve, values.curve))
         if after != before and not self._time.may_jump():
             yield _JUMP
+        if values.curve != self.parameters.curve and values.curve.placement.period != (
+                self.parameters.curve.placement.period) and values.shared.is_localised:
+            yield 'period cannot change while path_frame is localised; set it before the start'
 
     def _change(self, values: ReferenceCartParameters, waits: bool) -> None:
         before = self.parameters.curve
