@@ -172,49 +172,30 @@ def _listed(message: Any) -> list[Any]:
     return message if isinstance(message, list) else [message]
 
 
-class LockstepCorrections:
-    """Corrections by their stamps: each acts from the first tick on that is not before it."""
+class WaitingCorrections:
+    """Corrections that wait for the first tick that is not before them: by stamps, or by times of receipt."""
 
     def __init__(self) -> None:
         self._waiting: list[tuple[int, Pose]] = []
         self.choice = Corrections()
 
-    def take(self, stamp: int, correction: Pose) -> None:
-        """Store a correction with a stamp [ns]."""
-        self._waiting = sorted([*self._waiting, (stamp, correction)])[-_MOST:]
+    def take(self, since: int, correction: Pose) -> None:
+        """Store a correction with a time [ns]."""
+        self._waiting = sorted([*self._waiting, (since, correction)])[-_MOST:]
 
     def due(self, now: int, at: Pose) -> Pose | None:
         """
         Return the correction to use from a tick [ns] on, for a cart at a pose of odometry; None if it stays.
 
-        At the first tick of a run it stays: nothing could lead a replay there.
+        At the first tick of a run in lockstep it stays: nothing could lead a replay there.
         """
         if now == 0:
             return None
-        for stamp, correction in [one for one in self._waiting if one[0] <= now]:
-            self.choice.note(stamp, correction, at)
+        for since, correction in [one for one in self._waiting if one[0] <= now]:
+            self.choice.note(since, correction, at)
         self._waiting = [one for one in self._waiting if one[0] > now]
         return self.choice.due(now, at)
 
     def begin(self) -> None:
         """Begin a run without a correction; those that wait are of it."""
         self.choice = Corrections()
-
-
-class WallClockCorrections:
-    """Corrections by their receipt: the newest one acts at the next tick, whatever its stamp is."""
-
-    def __init__(self) -> None:
-        self._newest: list[tuple[int, Pose]] = []
-        self.choice = Corrections()
-
-    def take(self, _stamp: int, correction: Pose) -> None:
-        """Store a correction."""
-        self._newest.append((time.monotonic_ns(), correction))
-
-    def due(self, _now: int, at: Pose) -> Pose | None:
-        """Return the correction to use from now on, for a cart at a pose of odometry; None if it stays."""
-        newest, self._newest = self._newest, []
-        for received, correction in newest:
-            self.choice.note(received, correction, at)
-        return self.choice.due(time.monotonic_ns(), at)

@@ -24,7 +24,7 @@ from mobile_robot_control.ros.cart_time import PERIOD, CartTime, CartWait, Locks
 from mobile_robot_control.ros.conversions import reader
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.follow_path import LOOK, FollowPath, View
-from mobile_robot_control.ros.localisation import LocalisationInput, LockstepCorrections, WallClockCorrections
+from mobile_robot_control.ros.localisation import LocalisationInput, WaitingCorrections
 from mobile_robot_control.ros.lockstep import Outputs
 from mobile_robot_control.ros.nodes.cart_paths import Due, LockstepPaths, WallClockPaths
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
@@ -105,10 +105,10 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
                 self._paths.prepare()
         subscribe_to_paths(self, self._receive_path)
         self.create_subscription(PoseStamped, GOAL, partial(self._receive_path, topic=GOAL), SUBSCRIBED, raw=True)
-        self._corrections: LockstepCorrections | WallClockCorrections | None = None
+        self._corrections: WaitingCorrections | None = None
         if awaits_corrections(self.parameters):
-            self._corrections = LockstepCorrections() if shared.lockstep else WallClockCorrections()
-            self._localisation = LocalisationInput(self, shared, self._validator, self._corrections.take)
+            self._corrections = WaitingCorrections()
+            self._localisation = LocalisationInput(self, shared, self._validator, self._take_correction)
         kind = action_class('nav2_msgs/action/FollowPath') if self.parameters.curve.curve == PATH else None
         self._goals = None if kind is None else FollowPath(
             self, kind, partial(self._receive_path, topic=FOLLOW), self._stop_on_path)
@@ -181,17 +181,24 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         """Return the correction in use where a run begins; in lockstep each run awaits its own."""
         if self._corrections is None:
             return None
-        if isinstance(self._corrections, LockstepCorrections):
+        if self._shared.lockstep:
             self._corrections.begin()
             self._localisation.forget()
         return self._corrections.choice.used
+
+    def _take_correction(self, stamp: int, correction: Pose) -> None:
+        """Receive a correction; on the wall clock it acts at once, whatever its stamp is."""
+        assert self._corrections is not None  # noqa: S101 (for mypy: only then it is called)
+        self._corrections.take(stamp if self._shared.lockstep else time.monotonic_ns(), correction)
 
     def _correct(self, stamp: int) -> None:
         """Use a correction that is due: place the cart, or lead it over."""
         if self._corrections is None:
             return
-        now = stamp if self._shared.lockstep else round(self._time.now() * NANOSECONDS)
-        correction = self._corrections.due(stamp, self._course.reference(now / NANOSECONDS).pose)
+        lockstep = self._shared.lockstep
+        now = stamp if lockstep else round(self._time.now() * NANOSECONDS)
+        at = self._course.reference(now / NANOSECONDS).pose
+        correction = self._corrections.due(stamp if lockstep else time.monotonic_ns(), at)
         if correction is None:
             return
         if self._course.correction is None:
