@@ -10,11 +10,11 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TransformStamped
 from helpers import interfaces, stand_in_base
+from helpers.agreeing import assert_agree, configured
 from helpers.harness import CONFIG, driven
+from helpers.replaying import courses, replay, start
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from test_parity import _assert_agree, _configured
-from test_replay import courses, replay, start
 
 from mobile_robot_control.messages.writing import path_message, planar_quaternion
 from mobile_robot_control.quantities import Pose
@@ -71,10 +71,10 @@ def tf(robot):
 def test_nodes_and_simulate_follow_drawn_corrections_alike(domain, tmp_path, given):
     (tmp_path / 'way.csv').write_text('x,y\n' + '\n'.join(f'{x},{y}' for x, y in WAY))
     file = [f'reference_cart.path.file:={tmp_path}/way.csv'] if 'path' in given[0] else []
-    configuration, arguments = _configured(tmp_path, 5, [], ['/**.path_frame:=map', *given, *file])
+    configuration, arguments = configured(tmp_path, 5, [], ['/**.path_frame:=map', *given, *file])
     with driven(tmp_path / 'run', arguments) as robot:
         recording = robot.recording()
-    _assert_agree(recording, configuration, 5)
+    assert_agree(recording, configuration, 5)
     ticks = {sample.tick.time: sample.tick.reference for sample in recording.samples}.values()
     assert max(math.dist(one.pose[:2], other.pose[:2]) for one, other in pairwise(ticks)) < 0.01
 

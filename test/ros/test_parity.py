@@ -5,14 +5,14 @@ import subprocess
 import sys
 
 import pytest
+from helpers.agreeing import assert_agree, configured
 from helpers.harness import CONFIG, driven, experiment
 from mcap_ros2.reader import read_ros2_messages
 
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
-from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import at_cart_start, configure, shipped_robots
-from mobile_robot_control.settings.files import load, save_configuration
+from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.nodes import course_of, loop_of
 
 # a covering array of what makes the simulated robot a real one: every pair of options is in one of ROBOTS and MORE
@@ -61,41 +61,11 @@ MORE = {
 }
 """In `make soak`."""
 
-QUICK = ['plant.real_time_factor:=0.0', 'plant.paused:=true']
 
 
 def _assignments(options):
     """Return options as they are written after -p."""
     return [f'{name}:={str(value).lower() if isinstance(value, bool) else value}' for name, value in options.items()]
-
-
-def _configured(folder, seconds, files, overrides=()):
-    """Return a configuration with the robot at the start of the cart, and the arguments of its nodes."""
-    made = at_cart_start(configure(load(files, [*overrides, *QUICK, f'plant.duration:={float(seconds)}'])))
-    save_configuration(folder / 'all.yaml', made)
-    return made, {'/': ['--params-file', folder / 'all.yaml']}
-
-
-def _numbers(sample, drive):
-    """Return what nodes and rollout compute alike to rounding."""
-    tick = sample.tick
-    turned = [math.cos(tick.pose.heading), math.sin(tick.pose.heading)]
-    torques = (*sample.torque, *sample.applied) if drive == 'torque' else ()
-    return (*sample.command, *sample.wheels, sample.right_angle, sample.left_angle, *tick.pose[:2], *turned,
-            *tick.velocity, *tick.error, *tick.reference.pose[:2], *torques)
-
-
-def _assert_agree(recording, configuration, seconds):
-    """Each sample of the rollout is recorded, with its times and numbers."""
-    simulated = list(rollout(configuration, float(seconds)))
-    assert not recording.problems
-    assert len(recording.samples) == len(simulated)
-    drive = configuration.plant.model.drive
-    for ours, theirs in zip(recording.samples, simulated, strict=True):
-        assert (ours.time, ours.tick.time) == (theirs.time, theirs.tick.time)
-        assert ours.tick.reference.velocity == theirs.tick.reference.velocity
-        assert all(abs(x - y) <= 1e-9 * max(1.0, abs(y))
-                   for x, y in zip(_numbers(ours, drive), _numbers(theirs, drive), strict=True)), (ours, theirs)
 
 
 @pytest.mark.parametrize('law', [
@@ -104,9 +74,9 @@ def _assert_agree(recording, configuration, seconds):
 def test_recorded_topics_agree_with_the_rollout(domain, tmp_path, law):
     # a lap of the law that has a memory; the others meet every speed of the cart within a sixth of it
     seconds = 16 if law == 'hybrid_backstepping' else 3
-    configuration, arguments = _configured(tmp_path, seconds, [CONFIG / f'{law}.yaml'])
+    configuration, arguments = configured(tmp_path, seconds, [CONFIG / f'{law}.yaml'])
     with driven(tmp_path / 'run', arguments) as robot:
-        _assert_agree(robot.recording(), configuration, seconds)
+        assert_agree(robot.recording(), configuration, seconds)
 
 
 @pytest.mark.parametrize('options', [
@@ -117,10 +87,10 @@ def test_a_robot_as_it_is_agrees_with_the_rollout_and_drives_again_to_the_last_b
     found = []
     # in lockstep /clock changes no bit
     for use_sim_time in ('false', 'true'):
-        configuration, arguments = _configured(tmp_path, 2, [], _assignments(options))
+        configuration, arguments = configured(tmp_path, 2, [], _assignments(options))
         arguments['/'] += ['-p', f'use_sim_time:={use_sim_time}']
         with driven(tmp_path / use_sim_time, arguments, loop_of(configuration.plant)) as robot:
-            _assert_agree(robot.recording(), configuration, 2)
+            assert_agree(robot.recording(), configuration, 2)
             found.append(robot.messages())
     first, second = found
     assert first == second
@@ -137,12 +107,12 @@ def test_four_processes_on_a_busy_machine_agree_with_the_rollout_and_with_compos
         'plant.disturbance.step:=[0.05, 0.02]', 'position_controller.compensate_latency:=true',
         'position_controller.odom_latency:=0.05', 'position_controller.feedforward.lag:=[0.02, 0.03]',
         '/**.feedforward.enabled:=true', '/**.reference_horizon:=3']
-    configuration, arguments = _configured(tmp_path, 3, [CONFIG / 'hybrid_backstepping.yaml'], overrides)
+    configuration, arguments = configured(tmp_path, 3, [CONFIG / 'hybrid_backstepping.yaml'], overrides)
     busy = subprocess.Popen([sys.executable, '-c', 'while True: pass'])
     try:
         with driven(tmp_path / 'loaded', arguments, loop_of(configuration.plant), composed=False) as robot:
             recording = robot.recording()
-            _assert_agree(recording, configuration, 3)
+            assert_agree(recording, configuration, 3)
             loaded = robot.messages()
     finally:
         busy.kill()
@@ -177,10 +147,10 @@ def test_nodes_and_simulate_drive_a_path_forwards_on_the_spot_and_backwards_alik
     (tmp_path / 'bend.csv').write_text('x,y,heading\n0,0,0\n0.5,0,0\n0.5,0,-1.5\n0.5,0.5,-1.57\n')
     seconds = round(course_of(configure(load([file])).reference_cart).period + 0.5, 2)
     assert 3.0 < seconds < 10.0
-    configuration, arguments = _configured(tmp_path, seconds, [file])
+    configuration, arguments = configured(tmp_path, seconds, [file])
     with driven(tmp_path / 'run', arguments) as robot:
         recording = robot.recording()
-    _assert_agree(recording, configuration, seconds)
+    assert_agree(recording, configuration, seconds)
     last = recording.samples[-1].tick
     assert last.reference.velocity == (0.0, 0.0)
     assert last.reference.pose[:2] == pytest.approx((0.5, 0.5))
@@ -191,7 +161,7 @@ def test_nodes_and_simulate_drive_a_path_forwards_on_the_spot_and_backwards_alik
 def test_an_experiment_with_a_shipped_robot_is_the_one_that_is_simulated(domain, tmp_path, robot):
     metrics, recording = experiment(tmp_path / 'run', '--robot', robot, '--duration', 2, '--composed')
     configuration = at_cart_start(configure(load([shipped_robots()[robot]])))
-    _assert_agree(recording, configuration, 2)
+    assert_agree(recording, configuration, 2)
     assert metrics['outcome'] == 'completed'
     assert metrics['error'] == 'true'
     assert (metrics['energy'] is None) == (configuration.plant.model.drive == 'velocity')
