@@ -180,9 +180,10 @@ def fit_base(
             for n in channels:
                 found = _with_limit(search, found, fixed, f'base.{name}[{n}]', n)
         for n in channels:
+            # rounding holds small commands back, too
+            found = _with_quantum(search, found, fixed, zones, n)
             found = _with_dead_zone(search, found, fixed, zones, n)
     for n in channels:
-        found = _with_quantum(search, found, fixed, zones, n)
         if f'base.max_acceleration[{n}]' in found.names:
             found = _with_limit(search, found, fixed, f'base.max_deceleration[{n}]', n)
     final = _Search(recordings, robot, given, tell, STEP)
@@ -276,6 +277,8 @@ def _with_quantum(
 ) -> Estimate:
     """Return an estimate with rounded commands if the data show it, and add the quantum to `fixed` and `zones`."""
     name, values, largest = QUANTA[n], _values(before), float(search.commands(n).max())
+    if name in zones:
+        return before
 
     def costs(quanta: Floats) -> Floats:
         return np.array([search.cost(values, {**fixed, name: quantum}, before) for quantum in quanta.tolist()])
