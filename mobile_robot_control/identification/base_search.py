@@ -180,10 +180,9 @@ def fit_base(
             for n in channels:
                 found = _with_limit(search, found, fixed, f'base.{name}[{n}]', n)
         for n in channels:
-            # rounding holds small commands back, too
-            found = _with_quantum(search, found, fixed, zones, n)
             found = _with_dead_zone(search, found, fixed, zones, n)
     for n in channels:
+        found = _with_quantum(search, found, fixed, zones, n)
         if f'base.max_acceleration[{n}]' in found.names:
             found = _with_limit(search, found, fixed, f'base.max_deceleration[{n}]', n)
     final = _Search(recordings, robot, given, tell, STEP)
@@ -277,23 +276,25 @@ def _with_quantum(
 ) -> Estimate:
     """Return an estimate with rounded commands if the data show it, and add the quantum to `fixed` and `zones`."""
     name, values, largest = QUANTA[n], _values(before), float(search.commands(n).max())
-    if name in zones:
-        return before
+    # rounding holds small commands back, as a dead zone does
+    others = {other: value for other, value in fixed.items() if other != DEAD_ZONES[n]}
 
     def costs(quanta: Floats) -> Floats:
-        return np.array([search.cost(values, {**fixed, name: quantum}, before) for quantum in quanta.tolist()])
+        return np.array([search.cost(values, {**others, name: quantum}, before) for quantum in quanta.tolist()])
 
     best = largest * float(_QUANTA[costs(largest * _QUANTA).argmin()])
     near = best * np.linspace(0.95, 1.05, 41)
     found = costs(near)
     search.tell()
     best, likely = float(near[found.argmin()]), near[found - found.min() < _CHI2]
-    after = search.estimate(values, {**fixed, name: best}, 1)
+    after = search.estimate(values, {**others, name: best}, 1)
     if not _is_worth(before, after):
         return before
     step = float(near[1] - near[0])
+    for found_so_far in (fixed, zones):
+        found_so_far.pop(DEAD_ZONES[n], None)
     fixed[name], zones[name] = best, (best, float(likely[0]) - step, float(likely[-1]) + step)
-    return after
+    return _with_dead_zone(search, after, fixed, zones, n)
 
 
 def _zone(

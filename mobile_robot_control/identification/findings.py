@@ -169,8 +169,8 @@ def missing_in_model(
         own = _correlations(white[:, n], white[:, n])[1:]
         if np.abs(own).max() > chance:
             lag = int(np.abs(own).argmax()) + 1
-            words.append(f'residuals of {output} are alike {lag} samples apart (correlation {own[lag - 1]:+.2f}): '
-                         'a disturbance, or dynamics that the model does not have')
+            words.append(f'residuals of {output} are correlated over {lag} sample{"s" * (lag > 1)} '
+                         f'({own[lag - 1]:+.2f}): a disturbance, or dynamics that the model does not have')
         for name, values in inputs:
             changes = np.diff(values, axis=0, prepend=values[:1])
             for m, given in enumerate(('v', 'ω')):

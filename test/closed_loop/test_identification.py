@@ -101,6 +101,11 @@ def test_rounded_commands_are_found_and_stamps_on_sending_tell_no_latency(tmp_pa
         tmp_path / 'rounded', Base(quantum=0.1)), same_clock=True).parameters}
     assert [told[f'plant.base.quantum[{n}]'] for n in (0, 1)] == pytest.approx([0.1, 0.1], rel=0.03)
     assert told['plant.odometry.latency'] == pytest.approx(0.06, abs=1e-3)
+    # a limit of the speed resembles rounding as long as it is not in the model
+    limited = identified(record_stand_in(tmp_path / 'limited', Base(
+        fastest=0.306, acceleration=0.9, lag=0.1, dead_zone=0.005, ticks=509, command_rate=40.0, odom_rate=20.0),
+        box=3.0, fastest=(0.4, 2.0)))
+    assert not any('quantum' in one.name for one in limited.parameters)
     sent = identified(record_stand_in(tmp_path / 'sent', Base(sent=True)), same_clock=True)
     assert 'plant.odometry.latency' not in {one.name for one in sent.parameters}
     assert any('stamps do not tell the age' in text for text in sent.notes)
