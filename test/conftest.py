@@ -10,7 +10,11 @@ import pytest
 from helpers.browser import CHROMIUM, DRIVER, Browser, refuse_to_start
 from helpers.domains import own_domain
 from hypothesis import settings
+from hypothesis.internal.conjecture import providers
 
+# hypothesis also draws constants of the package's modules that are imported so far: those that other tests of a worker
+# needed
+providers._get_local_constants = lambda: providers._local_constants
 settings.register_profile('seeded', derandomize=True, deadline=None, database=None)
 settings.load_profile('seeded')
 
