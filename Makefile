@@ -38,7 +38,7 @@ DOCS_EXTRAS := $(EXTRAS),docs
 # where it is set, each of the thousand processes that the tests start compiles every module again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup constraints demo figures test test-dds soak bench fingerprint mutants lint lint-js pages docs clean
+.PHONY: setup constraints demo figures test test-dds soak bench fingerprint bits mutants lint lint-js pages docs clean
 
 setup: $(READY)
 
@@ -102,6 +102,11 @@ soak: $(TESTED)
 # one table of ratios, each to something measured in the same run; ONLY='lockstep memory' for some of it
 bench: $(TESTED)
 	@PYTHONPATH=test $(BIN)/python -m bench $(ONLY)
+
+# whether small computations have the bits of the repository: compiled, plain, without FMA, on other Pythons, and where
+# BITS_ALSO leads, such as BITS_ALSO='qemu-aarch64 -L ROOT ROOT/usr/bin/python3'
+bits: $(TESTED)
+	@$(BIN)/python test/bits.py --everywhere
 
 # one checksum an output, to compare two checkouts: see test/fingerprint.py
 fingerprint: $(TESTED)

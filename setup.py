@@ -47,7 +47,7 @@ setup(
         # ROS 2 itself, for a machine without one: one distribution an environment; an installed ROS 2 needs neither
         'jazzy': ['ros-jazzy-rclpy', 'ros-jazzy-common-interfaces', 'ros-jazzy-rmw-fastrtps-cpp'],
         'kilted': ['ros-kilted-rclpy', 'ros-kilted-common-interfaces', 'ros-kilted-rmw-fastrtps-cpp'],
-        # compiled rollouts: some hundred times faster searches; and the second algorithm
+        # compiled rollouts: some hundred times faster searches; and what identify fits with
         'fast': ['numba>=0.62', 'scipy>=1.11'],
         # the page to watch and handle the robot
         'dashboard': ['starlette>=0.31', 'uvicorn>=0.27', 'websockets>=10.4'],
@@ -68,6 +68,8 @@ setup(
             # of the notebook in examples
             'ipykernel',
             'mcap-ros2-support',
+            # of elementary functions, in 300 bits
+            'mpmath',
             'mypy',
             'nbclient',
             'pandas',

@@ -24,7 +24,7 @@ _HOMES = {
     # a law or a curve of one's own
     'Law': 'control.law', 'NoState': 'control.law', 'Curve': 'reference.curves', 'CurvePoint': 'reference.curves',
     'register': 'parameters.plugins', 'Field': 'parameters.declaration', 'rule': 'parameters.declaration',
-    'jitable': 'jit',
+    'jitable': 'jit', 'elementary': 'elementary',
     'Observation': 'quantities', 'TrackingError': 'quantities', 'Reference': 'quantities', 'Pose': 'quantities',
     'BodyVelocity': 'quantities',
     # the registered laws and curves, by name
@@ -36,7 +36,8 @@ __all__ = ['__version__', *_HOMES]  # noqa: PLE0604 (texts)
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    return getattr(import_module(f'{__name__}.{_HOMES[name]}'), name)
+    home = import_module(f'{__name__}.{_HOMES[name]}')
+    return home if _HOMES[name] == name else getattr(home, name)
 
 
 def __dir__() -> list[str]:

@@ -1,3 +1,4 @@
+from mobile_robot_control import elementary as elementary
 from mobile_robot_control.benchmarking.benchmark import Benchmarked as Benchmarked
 from mobile_robot_control.benchmarking.benchmark import benchmark as benchmark
 from mobile_robot_control.control.law import Law as Law

@@ -2,6 +2,7 @@
 
 import math
 
+from mobile_robot_control.elementary.circular import folded
 from mobile_robot_control.jit import jitable
 
 
@@ -30,23 +31,5 @@ def wrap_angle(angle: float) -> float:
     """
     if -math.pi < angle <= math.pi:
         return angle
-    turn = angle % (2.0 * math.pi)
-    return turn if turn <= math.pi else turn - 2.0 * math.pi
-
-
-@jitable
-def direction(angle: float) -> tuple[float, float]:
-    """
-    Return cosine and sine of an angle [rad].
-
-    Both are nan if the angle is not finite, as in compiled code; plain Python would raise.
-
-    Examples
-    --------
-    >>> direction(0.0)
-    (1.0, 0.0)
-
-    """
-    if not math.isfinite(angle):
-        return math.nan, math.nan
-    return math.cos(angle), math.sin(angle)
+    turn = angle if abs(angle) < 3.0 * math.pi else folded(angle)
+    return turn - 2.0 * math.pi if turn > math.pi else turn + 2.0 * math.pi if turn <= -math.pi else turn

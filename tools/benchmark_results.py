@@ -15,6 +15,7 @@ from page_part import PagePart, table_row
 
 from mobile_robot_control.benchmarking.cell import NOT_SEARCHED, was_searched
 from mobile_robot_control.benchmarking.engine import is_first, law_summaries, number_text, rank_text
+from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.search.space import search_genes
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.tracks import read_track, shipped_tracks
@@ -29,8 +30,8 @@ _BASES = ('robot_create3', 'robot_jackal', 'robot_kobuki', 'robot_turtlebot3_bur
 
 
 def fingerprint(laws: Sequence[str], tracks: Sequence[str]) -> str:
-    """Return a few digits that change with tracks and with what is searched."""
-    content = [COMMAND, *(repr(read_track(name).content(ParameterSources())) for name in tracks),
+    """Return a few digits that change with the arithmetic, with tracks and with what is searched."""
+    content = [ARITHMETIC, COMMAND, *(repr(read_track(name).content(ParameterSources())) for name in tracks),
                *(repr(search_genes(law, with_velocity=True)) for law in laws)]
     return hashlib.sha256(repr(content).encode()).hexdigest()[:12]
 

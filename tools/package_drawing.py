@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / 'mobile_robot_control'
 PICTURE = ROOT / 'docs' / 'images' / 'packages.svg'
 _WIDTH, _HEIGHT, _LINE, _ACROSS, _DOWN, _MARGIN = 118, 30, 8, 18, 40, 16
-_BESIDE = 'quantities, topics, angles, jit, version'
+_BESIDE = 'quantities, topics, jit, version'
 _OUTSIDE = ('__init__.py', 'testing.py')
 """The package's face, and modules for users alone: nothing of the package imports them."""
 _SWEEPS = 12

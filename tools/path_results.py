@@ -11,6 +11,7 @@ from command_output import output_of
 from law_searches import NAMES, LawGains, gains_of
 from page_part import PagePart, table_row
 
+from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import recorded
 from mobile_robot_control.search.space import search_genes
@@ -33,7 +34,7 @@ def paths_fingerprint() -> str:
     """Return a few digits that change with the path, the searches and what is measured."""
     file = Path(__file__).parents[1] / FILE
     content = repr((file.read_text(), file.with_suffix('.csv').read_text(), SEARCH, FRACTIONS,
-                    [(law, search_genes(law)) for law in NAMES]))
+                    ARITHMETIC, [(law, search_genes(law)) for law in NAMES]))
     return hashlib.sha256(content.encode()).hexdigest()[:12]
 
 

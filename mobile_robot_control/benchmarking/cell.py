@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 from mobile_robot_control.analysis.modelled import drive_of
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
+from mobile_robot_control.control.tracking_error import distance
+from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.loop.monte_carlo import Judged, ScenarioDistribution, draw_scenarios, judge
 from mobile_robot_control.loop.scenarios import Scenario, configured_scenario, scenario_trial
 from mobile_robot_control.loop.trial import Trial
@@ -75,7 +77,8 @@ class Cell(NamedTuple):
 
     def inputs(self) -> dict[str, Any]:
         """Return all that the result depends on, for JSON."""
-        return {'version': __version__, 'law': self.law, 'source': LAWS.checksum(self.law), 'track': self.track.name,
+        return {'version': __version__, 'arithmetic': ARITHMETIC, 'law': self.law,
+                'source': LAWS.checksum(self.law), 'track': self.track.name,
                 'content': self.track.content(self.more), 'seed': self.seed, 'budgets': self.budgets,
                 'training': self.training, 'runs': self.runs}
 
@@ -194,7 +197,7 @@ def _searched(
 
 def write_result(file: Path, result: Mapping[str, Any]) -> None:
     """Write the result of a cell, with its checksum."""
-    write_atomically(file, json.dumps({'checksum': _checksum(result), 'cell': result}))
+    write_atomically(file, json.dumps({'arithmetic': ARITHMETIC, 'checksum': _checksum(result), 'cell': result}))
 
 
 def read_result(file: Path) -> dict[str, Any]:
@@ -204,6 +207,18 @@ def read_result(file: Path) -> dict[str, Any]:
         raise ValueError('its checksum is wrong')
     result: dict[str, Any] = content['cell']
     return result
+
+
+def check_arithmetic(file: Path) -> None:
+    """Raise ParameterError if a cell was computed with another arithmetic."""
+    try:
+        read_result(file)
+    except (OSError, ValueError):  # damaged: told where it is needed
+        return
+    found = parse_json(read_bounded(file, _RESULT)).get('arithmetic', 1)
+    if found != ARITHMETIC:
+        raise ParameterError([f'{file}: was computed with arithmetic {found}, and this program has {ARITHMETIC}: their '
+                              'last bits differ; --overwrite begins anew, or name another --output'])
 
 
 def _checksum(result: object) -> int:
@@ -301,7 +316,7 @@ def _picture(cell: Cell, configuration: Configuration) -> dict[str, list[float]]
                 pose, error = (sample.truth.pose, sample.truth.error) if sample.truth else (
                     sample.tick.pose, sample.tick.error)
                 rows.append((sample.time, pose.x, pose.y, *sample.tick.reference.pose[:2],
-                             math.hypot(error.longitudinal, error.lateral)))
+                             distance(error)))
     except LawFailedError:
         pass
     names = ('time', 'x', 'y', 'reference_x', 'reference_y', 'error')

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.benchmarking.benchmark import benchmarked, write_benchmark
+from mobile_robot_control.benchmarking.cell import check_arithmetic
 from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, Done, summary_lines
 from mobile_robot_control.cli import make_dds_main, make_parser, request_of
 from mobile_robot_control.parameters.declaration import Field, ParameterError
@@ -57,6 +58,8 @@ def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, comma
     if files.overwrite:
         for file in held:
             file.unlink()
+    for file in cells.glob('*.json'):
+        check_arithmetic(file)
     begun = time.monotonic()
     done = run_with_progress(benchmark, cells)
     if len(done) < len(benchmark.cells):

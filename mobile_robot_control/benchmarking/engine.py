@@ -21,6 +21,7 @@ from mobile_robot_control.benchmarking.cell import (
 from mobile_robot_control.benchmarking.ranking import RANKED, quantile, ranked, shared_scenarios
 from mobile_robot_control.benchmarking.side_by_side import run_cells, run_side_by_side
 from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.loop.batch import cores
 from mobile_robot_control.loop.metric_table import INDEX_METRICS, RUN_METRICS
 from mobile_robot_control.loop.monte_carlo import LARGEST_SEED, Judged, wilson_interval
@@ -148,7 +149,7 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
     runs = [[cell.law, cell.track.name, cell.seed, *(
         {name: value for name, value in result.items() if name not in ('score', 'reason')}
         for result in found['results'])] for cell, found in done]
-    hashed = {'tracks': content, 'seeds': benchmark.seeds, 'budgets': benchmark.budgets,
+    hashed = {'arithmetic': ARITHMETIC, 'tracks': content, 'seeds': benchmark.seeds, 'budgets': benchmark.budgets,
               'scenarios': benchmark.request.scenarios, 'runs': runs}
     return {
         'hash': sha256(json.dumps(hashed, sort_keys=True).encode()).hexdigest()[:16],

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from mobile_robot_control.benchmarking.cell import Cell, gains_of, with_gains
 from mobile_robot_control.benchmarking.engine import Benchmark, Done
+from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.experiment.folders import experiment_folders
 from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.experiment.runner import run_experiment
@@ -79,9 +80,9 @@ def difference(run: DrawnRun, folder: Path, stop: Stop) -> str:
     laps = run.cell.track.parameters.laps
     trial = scenario_trial(run.configuration, run.scenario, laps, 0.75 * laps)
     expected = list(trial_rollout(trial, run.configuration))
-    squares = [error.longitudinal**2 + error.lateral**2 for one in expected[:-1] if one.tick.time == one.time
-               for error in [one.truth.error if one.truth else one.tick.error]]
-    rms = math.sqrt(math.fsum(squares) / len(squares))
+    apart = [distance(one.truth.error if one.truth else one.tick.error)
+             for one in expected[:-1] if one.tick.time == one.time]
+    rms = math.sqrt(math.fsum(one * one for one in apart) / len(apart))
     if _apart(rms, run.rms):
         return f'its RMS error is {rms!r} m, and {run.rms!r} m in the table'
     told, recorded = _recorded(run, trial.steps / run.configuration.plant.shared.velocity_rate, folder, stop)

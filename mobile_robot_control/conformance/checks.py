@@ -46,7 +46,7 @@ class ConformanceError(AssertionError):
 
 
 class ConformanceWarning(UserWarning):
-    """A law that passes, but does not compile, or whose compiled form differs in last bits."""
+    """A law that passes, but does not compile, or whose last bits differ when compiled or on another machine."""
 
 
 class LeftOutError(Exception):

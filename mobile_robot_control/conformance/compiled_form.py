@@ -1,4 +1,4 @@
-"""The check that the compiled form of a law gives the same numbers, and a list of functions that may differ."""
+"""The checks that the compiled form of a law, and any machine, give the same numbers, and the functions that do not."""
 
 import ast
 import inspect
@@ -6,12 +6,13 @@ import linecache
 import os
 import textwrap
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
 from random import Random
 from types import FunctionType
 from typing import Any, NamedTuple
 
+from mobile_robot_control import elementary
 from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutError
 from mobile_robot_control.conformance.sampling import (
     DT,
@@ -41,6 +42,14 @@ UNCOMPILED = {
     'isclose': 'abs(x - y) <= tolerance', 'is_integer': 'x == math.floor(x)', 'any': 'or', 'all': 'and',
 }
 """Functions that do not compile, and their replacements."""
+EXACT = {
+    'sqrt', 'floor', 'ceil', 'trunc', 'fabs', 'copysign', 'fmod', 'remainder', 'frexp', 'ldexp', 'modf', 'isfinite',
+    'isnan', 'isinf', 'isclose', 'fsum', 'radians', 'degrees', 'nextafter', 'ulp', 'factorial', 'comb', 'gcd', 'prod',
+    'pi', 'inf', 'nan', 'e', 'tau',
+}
+"""Names of `math` with the same bits on every machine."""
+ORDERED = {'sum', 'mean', 'std', 'var', 'dot', 'matmul', 'einsum', 'cumsum', 'average', 'interp', 'linalg'}
+"""Names of NumPy whose order of operations depends on the machine."""
 
 
 class Suspect(NamedTuple):
@@ -75,15 +84,45 @@ def _called(node: ast.Call) -> str:
     return node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, 'id', '')
 
 
-def _remedy(node: ast.AST) -> str:
-    """Return the replacement of an expression; '' if it is safe."""
+def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
+    """Return the object that a name, or a name with attributes, stands for; None if unknown."""
+    if isinstance(node, ast.Attribute):
+        return getattr(_value(node.value, names), node.attr, None)
+    return names.get(node.id) if isinstance(node, ast.Name) else None
+
+
+def _is_written_power_of_two(node: ast.AST) -> bool:
+    """Return whether an expression is such as 2.0**-53, which is exact everywhere."""
+    return isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow) and ast.unparse(node.left) == '2.0' and not any(
+        isinstance(part, ast.Name) for part in ast.walk(node.right))
+
+
+def _when_compiled(node: ast.AST, names: Mapping[str, Any]) -> str:
+    """Return the replacement of an expression that rounds differently when compiled; '' if it does not."""
     if isinstance(node, ast.BinOp | ast.AugAssign) and isinstance(node.op, ast.Pow):
         return 'products, or math.sqrt,'
-    if isinstance(node, ast.Call):
+    if isinstance(node, ast.Call) and not isinstance(_value(node.func, names), FunctionType):
         name = _called(node)
         if name == 'log' and len(node.args) == 2:
             return 'math.log(x) / math.log(base)'
         return DIFFERENT.get(name) or UNCOMPILED.get(name, '')
+    return ''
+
+
+def _elsewhere(node: ast.AST, names: Mapping[str, Any]) -> str:
+    """Return the replacement of an expression that rounds differently on another machine; '' if it does not."""
+    if isinstance(node, ast.BinOp | ast.AugAssign) and isinstance(node.op, ast.Pow):
+        return 'products, or pow of mobile_robot_control.elementary,'
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult):
+        return 'sums in order'
+    if isinstance(node, ast.Call):
+        value, name = _value(node.func, names), _called(node)
+        home = getattr(value, '__module__', None) or type(value).__module__
+        if (home == 'math' and name not in EXACT) or (
+                home.partition('.')[0] == 'numpy' and (name in vars(elementary) or 'linalg' in home)):
+            return f'{name} of mobile_robot_control.elementary' if name in vars(elementary) else 'a formula of its own'
+        if home.partition('.')[0] == 'numpy' and name in ORDERED:
+            return 'sums in order'
     return ''
 
 
@@ -98,21 +137,9 @@ def _tree(function: FunctionType) -> ast.AST | None:
     return ast.increment_lineno(tree, first - 1)
 
 
-def _callees(function: FunctionType, tree: ast.AST) -> Iterator[FunctionType]:
-    """Yield the Python functions named in a function."""
-    found = inspect.getclosurevars(function)
-    names = {**found.globals, **found.nonlocals}
-    for node in ast.walk(tree):
-        value: Any = None
-        if isinstance(node, ast.Name):
-            value = names.get(node.id)
-        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-            value = getattr(names.get(node.value.id), node.attr, None)
-        if isinstance(value, FunctionType):
-            yield value
-
-
-def suspects(step: Callable[..., Any]) -> list[Suspect]:
+def suspects(
+    step: Callable[..., Any], remedy_of: Callable[[ast.AST, Mapping[str, Any]], str] = _when_compiled
+) -> list[Suspect]:
     """
     Return the suspicious expressions of a law's step and its callees, in the order of the calls.
 
@@ -120,6 +147,8 @@ def suspects(step: Callable[..., Any]) -> list[Suspect]:
     ----------
     step : callable
         Of a law.
+    remedy_of : callable
+        Returns the replacement of an expression, given what its names stand for; '' if it is safe.
 
     Returns
     -------
@@ -138,11 +167,14 @@ def suspects(step: Callable[..., Any]) -> list[Suspect]:
         if tree is None:
             continue
         file = os.path.realpath(function.__code__.co_filename)
+        variables = inspect.getclosurevars(function)
+        names = {**variables.builtins, **variables.globals, **variables.nonlocals}
         for node in ast.walk(tree):
-            if remedy := _remedy(node):
+            if not _is_written_power_of_two(node) and (remedy := remedy_of(node, names)):
                 line: int = node.lineno  # type: ignore[attr-defined]
                 found.setdefault((file, line), Suspect(file, line, ast.unparse(node), remedy))
-        waiting += _callees(function, tree)
+            if isinstance(value := _value(node, names), FunctionType):
+                waiting.append(value)
     return list(found.values())
 
 
@@ -180,9 +212,9 @@ def _compiled(law: Law, case: Case) -> Any:
     return step
 
 
-def _warn(law: Law, text: str) -> None:
+def _warn(law: Law, text: str, found: list[Suspect] | None = None) -> None:
     """Warn at a place in the source of a law: at the first suspicious expression, or at the law's step."""
-    found = suspects(law.step)
+    found = suspects(law.step) if found is None else found
     code = getattr(law.step, '__code__', None)
     file, line = (found[0].file, found[0].line) if found else (
         getattr(code, 'co_filename', law.name), getattr(code, 'co_firstlineno', 1))
@@ -232,3 +264,14 @@ def compiled_equals_plain(law: Law) -> Iterator[str]:
         text = (f"the law '{law.name}' returns {plain} plain and {result} compiled, equal within {TOLERANCE:g} only, "
                 f'{describe(law, case)}; {_lines(law)}')
         _warn(law, text)
+
+
+def same_bits_elsewhere(law: Law) -> Iterator[str]:
+    """Warn of functions that round differently on another machine; those of a law of the package are faults."""
+    found = suspects(law.step, _elsewhere)
+    if not found:
+        return
+    text = f"the last bits of the law '{law.name}' depend on the machine: {'; '.join(map(str, found))}"
+    if any(law is each for each in BUILT_IN):
+        yield text
+    _warn(law, text, found)

@@ -19,7 +19,7 @@ from mobile_robot_control.conformance.checks import (
     run_checks,
     with_dds,
 )
-from mobile_robot_control.conformance.compiled_form import compiled_equals_plain
+from mobile_robot_control.conformance.compiled_form import compiled_equals_plain, same_bits_elsewhere
 from mobile_robot_control.conformance.sampling import (
     DT,
     FARTHEST,
@@ -309,6 +309,7 @@ LAW_CHECKS: dict[str, Callable[[Law], Iterator[str]]] = {
     'restart': begins_again,
     'standing cart': survives_a_standing_cart,
     'compiled': compiled_equals_plain,
+    'machines': same_bits_elsewhere,
 }
 
 

@@ -1,9 +1,9 @@
 """The approach: at bounded speed from where the robot stands to a cart that waits, whatever the law."""
 
-import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.tracking_error import bearing, distance
+from mobile_robot_control.elementary import cos
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
 
@@ -76,6 +76,6 @@ def approach_step(state: Approach, error: TrackingError, speed: float) -> tuple[
         linear, asked = 0.0, _TURN * error.heading if abs(error.heading) > FACING else 0.0
     else:
         # v = min(v_max, k d) max(0, cos β): never backwards, slower where the cart is not ahead
-        linear = min(speed, _DRIVE * apart) * max(0.0, math.cos(bearing(error)))
+        linear = min(speed, _DRIVE * apart) * max(0.0, cos(bearing(error)))
         asked = _TURN * bearing(error)
     return Approach(arrived), BodyVelocity(linear, min(max(asked, -fastest_turn), fastest_turn))

@@ -1,9 +1,10 @@
 """The backstepping position law."""
 
-import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.law import Law, NoState
+from mobile_robot_control.elementary import cos, sin, sin_cos
+from mobile_robot_control.elementary import pow as power
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Observation, TrackingError
@@ -74,14 +75,14 @@ def step(
     e1, e2, e3 = observation.error
     v_r, omega_r = observation.reference.velocity
     p, q, alpha, f, g = gains
-    sin_e3 = math.sin(e3)
+    sin_e3, cos_e3 = sin_cos(e3)
     distance_squared = min(e1 * e1 + e2 * e2, _FARTHEST_SQUARED)
     # Eq. (25): u1 = -α p e1 f
     u1 = -alpha * p * e1 * f
     # Eq. (25): u2 = -(2 α p / q) (e1² + e2²)^(α-1) v_r e2 - q sin e3 g
-    u2 = -2.0 * alpha * p / q * distance_squared ** (alpha - 1.0) * v_r * e2 - q * sin_e3 * g
+    u2 = -2.0 * alpha * p / q * power(distance_squared, alpha - 1.0) * v_r * e2 - q * sin_e3 * g
     # Eq. (24): v = v_r cos e3 - u1, ω = ω_r - u2
-    return state, BodyVelocity(v_r * math.cos(e3) - u1, omega_r - u2)
+    return state, BodyVelocity(v_r * cos_e3 - u1, omega_r - u2)
 
 
 def lyapunov(error: TrackingError, gains: BacksteppingGains) -> float:
@@ -99,7 +100,7 @@ def lyapunov(error: TrackingError, gains: BacksteppingGains) -> float:
     """
     e1, e2, e3 = error
     # Eq. (26): V = p (e1² + e2²)^α + q (1 - cos e3)
-    return float(gains.p * (e1 * e1 + e2 * e2) ** gains.alpha + gains.q * (1.0 - math.cos(e3)))
+    return float(gains.p * power(e1 * e1 + e2 * e2, gains.alpha) + gains.q * (1.0 - cos(e3)))
 
 
 def lyapunov_rate(error: TrackingError, gains: BacksteppingGains) -> float:
@@ -119,9 +120,8 @@ def lyapunov_rate(error: TrackingError, gains: BacksteppingGains) -> float:
     e1, e2, e3 = error
     p, q, alpha, f, g = gains
     # Eq. (28): dV/dt = -2 α² p² e1² (e1² + e2²)^(α-1) f - q² sin² e3 g
-    return float(
-        -2.0 * alpha**2 * p**2 * e1**2 * (e1 * e1 + e2 * e2) ** (alpha - 1.0) * f - q**2 * math.sin(e3) ** 2 * g
-    )
+    along, turn = alpha * p * e1, q * sin(e3)
+    return float(-2.0 * along * along * power(e1 * e1 + e2 * e2, alpha - 1.0) * f - turn * turn * g)
 
 
 LAW = Law('backstepping', step, BacksteppingGains)

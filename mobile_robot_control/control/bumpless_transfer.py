@@ -1,6 +1,5 @@
 """Bumpless transfer: a change of the position law or its gains makes no jump of the command."""
 
-import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -9,6 +8,7 @@ from mobile_robot_control.control.law import Law, checked_step
 from mobile_robot_control.control.laws import PositionControl, select
 from mobile_robot_control.control.limits import Limits, limit_command
 from mobile_robot_control.control.steering import Steering, make_steered, start_of
+from mobile_robot_control.elementary import exp
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation
 
 _FADE_TIME = 0.2
@@ -115,7 +115,7 @@ def step(
     if running.changed:
         offset = BodyVelocity(running.command.linear - asked.linear, running.command.angular - asked.angular)
         elapsed = 0.0
-    fade = math.exp(-elapsed / _FADE_TIME)
+    fade = exp(-elapsed / _FADE_TIME)
     faded = BodyVelocity(asked.linear + fade * offset.linear, asked.angular + fade * offset.angular)
     command = limit_command(faded, running.command, running.limits, dt)
     return (RunningLaw(running.law, running.gains, state, running.limits, command, False, offset, elapsed + dt,

@@ -4,6 +4,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.law import Law
+from mobile_robot_control.elementary import expm1, sin_cos
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Observation
@@ -97,14 +98,14 @@ def step(
         xi, v_r_rate = v_r, 0.0
     if len(observation.horizon) > 0:
         v_r_rate = observation.reference.acceleration.linear
-    cos, sin = math.cos(e3), math.sin(e3)
+    sin, cos = sin_cos(e3)
     # u = p̈_r + k_d (ṗ_r - ṗ) + k_p (p_r - p), along and across the robot, where ṗ is ξ along it
     along = v_r_rate * cos - v_r * omega_r * sin + kd * (v_r * cos - xi) + kp * e1
     across = v_r_rate * sin + v_r * omega_r * cos + kd * v_r * sin + kp * e2
     # the compensator is singular at ξ = 0: a unicycle that stands cannot accelerate sideways
     divisor = xi if abs(xi) >= xi_min else math.copysign(xi_min, xi)
     # dξ/dt = u_x cos θ + u_y sin θ, whose -k_d ξ decays exactly
-    xi += along * (-math.expm1(-kd * dt) / kd)
+    xi += along * (-expm1(-kd * dt) / kd)
     # v = ξ at the period's end, so that it answers this error and not the last one; ω = (u_y cos θ - u_x sin θ) / ξ
     return CompensatorState(1.0, xi, v_r), BodyVelocity(xi, across / divisor)
 

@@ -7,6 +7,7 @@ from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.backstepping import BacksteppingGains
 from mobile_robot_control.control.law import Law, NoState
 from mobile_robot_control.control.tracking_error import bearing, distance
+from mobile_robot_control.elementary import exp, expm1
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.declaration import Field, rule
 from mobile_robot_control.quantities import BodyVelocity, Observation, TrackingError
@@ -66,7 +67,7 @@ def _no_overshoot(gains: SeekingGains) -> list[str]:
     if gains.b1 * gains.b1 >= 4.0 * gains.b0:
         return []
     return [f'hybrid_backstepping.b0 = {gains.b0} s² and b1 = {gains.b1} s make the fade-in swing; '
-            f'b1² must be at least 4 b0: take b0 at most {gains.b1**2 / 4.0:.6g} s²']
+            f'b1² must be at least 4 b0: take b0 at most {gains.b1 * gains.b1 / 4.0:.6g} s²']
 
 
 @jitable
@@ -112,11 +113,11 @@ def fade_step(fade: float, fade_rate: float, target: float, gains: SeekingGains,
     spread = mean * math.sqrt(max(0.0, 1.0 - 4.0 * gains.b0 / (gains.b1 * gains.b1)))
     # the slow pole is 1/(b0 × the fast one): a difference would cancel where b1² >> 4 b0
     slow = 1.0 / (gains.b0 * (mean + spread))
-    slow_decay, fast_decay = math.exp(-slow * dt), math.exp(-(mean + spread) * dt)
+    slow_decay, fast_decay = exp(-slow * dt), exp(-(mean + spread) * dt)
     even = 0.5 * (slow_decay + fast_decay)
     # e^(-σ dt) sinh(δ dt) / δ, whose limit at the double pole is dt e^(-σ dt)
     width = 2.0 * spread * dt
-    odd = slow_decay * dt * (-math.expm1(-width) / width if width > 1e-8 else 1.0 - 0.5 * width)
+    odd = slow_decay * dt * (-expm1(-width) / width if width > 1e-8 else 1.0 - 0.5 * width)
     y = fade - target
     return (
         target + even * y + odd * (fade_rate + mean * y),

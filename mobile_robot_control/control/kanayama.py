@@ -1,9 +1,9 @@
 """The tracking law of Kanayama et al."""
 
-import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.law import Law, NoState
+from mobile_robot_control.elementary import sin_cos
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Observation
@@ -62,11 +62,12 @@ def step(state: NoState, observation: Observation, gains: KanayamaGains, dt: flo
     """
     e1, e2, e3 = observation.error
     v_r, omega_r = observation.reference.velocity
+    sin_e3, cos_e3 = sin_cos(e3)
     return state, BodyVelocity(
         # Eq. (8) of [1]: v = v_r cos e3 + K_x e1
-        v_r * math.cos(e3) + gains.kx * e1,
+        v_r * cos_e3 + gains.kx * e1,
         # Eq. (8) of [1]: ω = ω_r + v_r (K_y e2 + K_θ sin e3)
-        omega_r + v_r * (gains.ky * e2 + gains.ktheta * math.sin(e3)),
+        omega_r + v_r * (gains.ky * e2 + gains.ktheta * sin_e3),
     )
 
 

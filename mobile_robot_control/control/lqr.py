@@ -6,11 +6,13 @@ The discrete algebraic Riccati equation of three states is solved in plain Pytho
 
 import math
 from collections.abc import Sequence
+from functools import reduce
 from operator import add, mul
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.law import Law, NoState
 from mobile_robot_control.control.ramsete import sinc
+from mobile_robot_control.elementary import cos, sin_cos
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Observation
@@ -27,7 +29,7 @@ _IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 def product(a: Matrix, b: Matrix) -> Matrix:
     """Return the matrix product a b."""
     columns = transposed(b)
-    return tuple([tuple([sum(map(mul, row, column)) for column in columns]) for row in a])
+    return tuple([tuple([reduce(add, map(mul, row, column)) for column in columns]) for row in a])
 
 
 def transposed(a: Matrix) -> Matrix:
@@ -220,7 +222,7 @@ def error_dynamics(v_r: float, omega_r: float, dt: float) -> tuple[Matrix, Matri
     """
     # de1/dt = ω_r e2 + u1, de2/dt = -ω_r e1 + v_r e3, de3/dt = u2
     angle = omega_r * dt
-    cos, sin = math.cos(angle), math.sin(angle)
+    sin, cos = sin_cos(angle)
     # ∫∫ sin ω_r t over the period; the series where the quotient would cancel, exact to 1e-14 there
     drift = (angle - sin) / (omega_r * omega_r) if abs(angle) > 1e-2 else (
         dt * dt * angle * (1.0 / 6.0 - angle * angle / 120.0))
@@ -316,7 +318,7 @@ def step(state: NoState, observation: Observation, gains: Schedule, dt: float) -
     k23 = at_a * a[5] + at_b * b[5] + at_c * c[5] + at_d * d[5]
     return state, BodyVelocity(
         # u = -K e: v = v_r cos e3 + k11 e1 + k12 e2 + k13 e3
-        v_r * math.cos(e3) + (k11 * e1 + k12 * e2 + k13 * e3),
+        v_r * cos(e3) + (k11 * e1 + k12 * e2 + k13 * e3),
         # ω = ω_r + k21 e1 + k22 e2 + k23 e3
         omega_r + (k21 * e1 + k22 * e2 + k23 * e3),
     )

@@ -4,6 +4,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.law import Law, NoState
+from mobile_robot_control.elementary import sin_cos
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Observation
@@ -64,13 +65,14 @@ def step(state: NoState, observation: Observation, gains: PeriodicGains, dt: flo
     v_r, omega_r = observation.reference.velocity
     # k_x = k_φ = 2 ζ √(ω_r² + g v_r²), k_y = g
     k = 2.0 * gains.zeta * math.sqrt(omega_r * omega_r + gains.g * v_r * v_r)
+    sin_e3, cos_e3 = sin_cos(e3)
     # cos²(e3 / 2)
-    half = 0.5 * (1.0 + math.cos(e3))
+    half = 0.5 * (1.0 + cos_e3)
     return state, BodyVelocity(
         # v = v_r cos e3 + k_x e1
-        v_r * math.cos(e3) + k * e1,
+        v_r * cos_e3 + k * e1,
         # ω = ω_r + k_y v_r cos⁴(e3 / 2) e2 + k_φ sin e3
-        omega_r + gains.g * v_r * (half * half) * e2 + k * math.sin(e3),
+        omega_r + gains.g * v_r * (half * half) * e2 + k * sin_e3,
     )
 
 

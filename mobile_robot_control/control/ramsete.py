@@ -4,6 +4,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.law import Law, NoState
+from mobile_robot_control.elementary import cos, sin
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Observation
@@ -31,7 +32,7 @@ def sinc(angle: float) -> float:
     if abs(angle) < _NO_ANGLE:
         # the quotient is 0 / 0 at zero; two terms of the series are exact here
         return 1.0 - angle * angle / 6.0
-    return math.sin(angle) / angle
+    return sin(angle) / angle
 
 
 @jitable
@@ -76,7 +77,7 @@ def step(state: NoState, observation: Observation, gains: RamseteGains, dt: floa
     k = 2.0 * gains.zeta * math.sqrt(omega_r * omega_r + gains.b * v_r * v_r)
     return state, BodyVelocity(
         # Eq. (5.12) of [1]: v = v_r cos e3 + k e1
-        v_r * math.cos(e3) + k * e1,
+        v_r * cos(e3) + k * e1,
         # Eq. (5.12) of [1]: ω = ω_r + k e3 + b v_r (sin e3 / e3) e2
         omega_r + k * e3 + gains.b * v_r * sinc(e3) * e2,
     )

@@ -1,9 +1,9 @@
 """The kinematic sliding-mode law of Lee et al., with a boundary layer."""
 
-import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.law import Law
+from mobile_robot_control.elementary import atan, sin_cos
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Observation
@@ -102,17 +102,18 @@ def step(
     v_r, omega_r = observation.reference.velocity
     rate1, layer1, rate2, layer2, slope = gains
     v_r_rate = (v_r - state.last_v_r) / dt if state.started > 0.0 else 0.0
+    sin_e3, cos_e3 = sin_cos(e3)
     # s1 = e1, s2 = e3 + α with α = arctan(λ v_r e2)
     x = slope * v_r * e2
-    s1, s2 = e1, e3 + math.atan(x)
+    s1, s2 = e1, e3 + atan(x)
     # ∂α/∂e2 = λ v_r / (1 + x²), ∂α/∂v_r = λ e2 / (1 + x²)
     by_e2, by_v_r = slope * v_r / (1.0 + x * x), slope * e2 / (1.0 + x * x)
     # zero for a cart 1 / (∂α/∂e2) behind: no turn keeps the robot on s2 there, and s1 leads away from it
     divisor = max(_LEAST_DIVISOR, 1.0 + by_e2 * e1)
     # ds2/dt = -k2 sat(s2): ω = (ω_r + ∂α/∂v_r dv_r/dt + ∂α/∂e2 v_r sin e3 + k2 sat(s2)) / (1 + ∂α/∂e2 e1)
-    omega = (omega_r + by_v_r * v_r_rate + by_e2 * v_r * math.sin(e3) + rate2 * saturation(s2, layer2)) / divisor
+    omega = (omega_r + by_v_r * v_r_rate + by_e2 * v_r * sin_e3 + rate2 * saturation(s2, layer2)) / divisor
     # ds1/dt = -k1 sat(s1): v = v_r cos e3 + e2 ω + k1 sat(s1)
-    v = v_r * math.cos(e3) + e2 * omega + rate1 * saturation(s1, layer1)
+    v = v_r * cos_e3 + e2 * omega + rate1 * saturation(s1, layer1)
     return SlidingState(1.0, v_r), BodyVelocity(v, omega)
 
 

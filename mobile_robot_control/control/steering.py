@@ -12,6 +12,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.law import Law, LawStep
+from mobile_robot_control.elementary import exp
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.kinematics import turned_round
 from mobile_robot_control.quantities import BodyVelocity, Observation, Reference, TrackingError
@@ -98,7 +99,7 @@ def make_steered(law_step: Callable[..., Any], horizon: int = 0) -> LawStep:
             offset = BodyVelocity(state.command.linear - asked.linear, state.command.angular - asked.angular)
             elapsed = 0.0
         if changed:
-            fade = math.exp(-elapsed / _FADE_TIME)
+            fade = exp(-elapsed / _FADE_TIME)
             asked = BodyVelocity(asked.linear + fade * offset.linear, asked.angular + fade * offset.angular)
         return Steering(law, state.anew, mode, changed, asked, offset, elapsed + dt), asked
 

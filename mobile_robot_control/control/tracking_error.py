@@ -3,6 +3,7 @@
 import math
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import atan2, sin_cos
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.quantities import Pose, TrackingError
 
@@ -35,7 +36,7 @@ def tracking_error(reference: Pose, pose: Pose) -> TrackingError:
     TrackingError(longitudinal=1.0, lateral=0.0, heading=0.0)
 
     """
-    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    sin, cos = sin_cos(pose.heading)
     dx, dy = reference.x - pose.x, reference.y - pose.y
     # Eq. (23): e_p = T_p e_q
     return TrackingError(
@@ -67,4 +68,4 @@ def bearing(error: TrackingError) -> float:
     if distance(error) < _NO_BEARING:
         return 0.0
     # Eq. (34), (35): i2 = f(atan2(e_y, e_x) - θ); wrapping makes the -π of a negative zero into π
-    return wrap_angle(math.atan2(error.lateral, error.longitudinal))
+    return wrap_angle(atan2(error.lateral, error.longitudinal))

@@ -7,6 +7,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from mobile_robot_control.elementary import asin, atan2, hypot, sin, sin_cos
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
 from mobile_robot_control.quantities import BodyVelocity, Pose
@@ -77,9 +78,9 @@ class Manoeuvre(NamedTuple):
     def at(self, time: float) -> BodyVelocity:
         """Return the shares at a time after its start [s]."""
         if self.shape == 'ramp':
-            share = 2.0 / math.pi * math.asin(math.sin(2.0 * math.pi * time / self.seconds))
+            share = 2.0 / math.pi * asin(sin(2.0 * math.pi * time / self.seconds))
         elif self.shape == 'chirp':
-            share = math.sin(2.0 * math.pi * time * (0.3 + 0.85 * time / self.seconds))
+            share = sin(2.0 * math.pi * time * (0.3 + 0.85 * time / self.seconds))
         else:
             share = 1.0
         return _times(share, self.largest)
@@ -221,13 +222,14 @@ def excite(
 def _stops_outside(pose: Pose, speed: float, area: Area) -> bool:
     """Return whether a robot that drives away from the middle may not stop within the box."""
     way = STOPPING * speed
-    x, y = pose.x + way * math.cos(pose.heading), pose.y + way * math.sin(pose.heading)
-    return not area.holds(x, y) and math.hypot(x, y) > math.hypot(pose.x, pose.y)
+    sine, cosine = sin_cos(pose.heading)
+    x, y = pose.x + way * cosine, pose.y + way * sine
+    return not area.holds(x, y) and hypot(x, y) > hypot(pose.x, pose.y)
 
 
 def _homing(pose: Pose) -> BodyVelocity:
     """Return the shares that lead to the middle, backwards if that is the smaller turn."""
-    bearing = math.remainder(math.atan2(-pose.y, -pose.x) - pose.heading, 2.0 * math.pi)
+    bearing = math.remainder(atan2(-pose.y, -pose.x) - pose.heading, 2.0 * math.pi)
     sign = 1.0 if abs(bearing) < 0.5 * math.pi else -1.0
     error = math.remainder(bearing if sign > 0.0 else bearing + math.pi, 2.0 * math.pi)
     turn = max(-1.0, min(1.0, error / _AIMED))

@@ -12,6 +12,7 @@ from typing import Any
 from rclpy.node import Node
 
 from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.elementary import hypot
 from mobile_robot_control.experiment.excitation import Agreement, Area, Excited, excite
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.cdr import deserialise
@@ -186,7 +187,7 @@ class Exciter(Node):
             self.get_logger().warning(f'odometry is not used: {error}', throttle_duration_sec=5.0)
             return
         if self.publisher is not None and self._start is not None and (pose, velocity) != (self._pose, self._velocity):
-            way = math.hypot(pose.x - self._pose.x, pose.y - self._pose.y)
+            way = hypot(pose.x - self._pose.x, pose.y - self._pose.y)
             turn = abs(math.remainder(pose.heading - self._pose.heading, 2.0 * math.pi))
             seen = tracking_error(pose, self._start)
             self.way, self.turn = self.way + way, self.turn + turn

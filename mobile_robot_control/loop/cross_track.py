@@ -5,6 +5,7 @@ from array import array
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from mobile_robot_control.elementary import hypot, sin_cos
 from mobile_robot_control.jit import jitable, jitable_apart
 from mobile_robot_control.reference.course import Course
 
@@ -85,7 +86,7 @@ class GrowingPath:
         for n in range(self._first + len(self._rows[0]), math.floor(end / self._step) + QUARTER + 3):
             point = self._point(n)
             # nan is not larger, and so left out
-            self._speed = max(self._speed, math.hypot(*point[2:]))
+            self._speed = max(self._speed, hypot(*point[2:]))
             for column, value in zip(self._rows, point, strict=True):
                 column.append(value)
         return PathTable(*self._rows, self._first, self._step, _BETWEEN * self._speed)
@@ -98,8 +99,8 @@ class GrowingPath:
             pose, velocity, _ = self._course.reference(time)
         except Exception:  # a curve can raise anything
             return _UNKNOWN
-        way = velocity.linear * self._step
-        return pose.x, pose.y, way * math.cos(pose.heading), way * math.sin(pose.heading)
+        way, (sine, cosine) = velocity.linear * self._step, sin_cos(pose.heading)
+        return pose.x, pose.y, way * cosine, way * sine
 
 
 _ITERATIONS = 40

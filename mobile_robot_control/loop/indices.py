@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from mobile_robot_control.elementary import log1p
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.loop.cross_track import PathTable, cross_track
 from mobile_robot_control.loop.metric_table import BAND, INDICES
@@ -76,9 +77,9 @@ def add_error(totals: Totals, error: TrackingError, dt: float) -> Totals:
         totals.squared_position + squared * dt,
         totals.squared_heading + error.heading * error.heading * dt,
         max(totals.max_position, math.sqrt(squared)),
-        totals.log_longitudinal + math.log1p(abs(error.longitudinal)) * dt,
-        totals.log_lateral + math.log1p(abs(error.lateral)) * dt,
-        totals.log_heading + math.log1p(abs(error.heading)) * dt,
+        totals.log_longitudinal + log1p(abs(error.longitudinal)) * dt,
+        totals.log_lateral + log1p(abs(error.lateral)) * dt,
+        totals.log_heading + log1p(abs(error.heading)) * dt,
         totals.peak_right, totals.peak_left, totals.highest_right, totals.highest_left,
         totals.power_right, totals.power_left, totals.energy,
     )

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mobile_robot_control.elementary import sin_cos
 from mobile_robot_control.loop.indices import Totals, index_values, objective
 from mobile_robot_control.loop.metric_table import BAND, INDICES, METRIC_TABLE
 from mobile_robot_control.loop.scenarios import Scenario
@@ -173,11 +174,11 @@ def draw_scenarios(distribution: ScenarioDistribution, count: int, seed: int) ->
     drawn = []
     for _ in range(count):
         curve, scale, radius, angle, heading, mass, friction, noise, delay = rng.random(9).tolist()
-        distance, direction = distribution.within * math.sqrt(radius), 2.0 * math.pi * angle
+        distance, (sine, cosine) = distribution.within * math.sqrt(radius), sin_cos(2.0 * math.pi * angle)
         drawn.append(Scenario(
             distribution.curves[int(curve * len(distribution.curves))],
             distribution.scales[int(scale * len(distribution.scales))],
-            Pose(distance * math.cos(direction), distance * math.sin(direction), math.pi * (1.0 - 2.0 * heading)),
+            Pose(distance * cosine, distance * sine, math.pi * (1.0 - 2.0 * heading)),
             1.0 + distribution.variation * (2.0 * mass - 1.0),
             1.0 + distribution.variation * (2.0 * friction - 1.0),
             distribution.noise._replace(seed=int(noise * 2**32)),

@@ -10,6 +10,7 @@ import struct
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
+from mobile_robot_control.elementary import atan2
 from mobile_robot_control.quantities import (
     LARGEST,
     NANOSECONDS,
@@ -176,7 +177,7 @@ def read_transforms(messages: Sequence[Any]) -> list[Link]:
 
 def _heading(q: Any) -> float:
     """Return the rotation of a quaternion about the vertical [rad]."""
-    return math.atan2(2.0 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z)
+    return atan2(2.0 * (q.w * q.z + q.x * q.y), q.w * q.w + q.x * q.x - q.y * q.y - q.z * q.z)
 
 
 def read_horizon(

@@ -18,6 +18,7 @@ from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, TimeReference
 
+from mobile_robot_control.elementary import sin_cos
 from mobile_robot_control.messages.cdr import ENCAPSULATION, aligned
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.quantities import (
@@ -117,7 +118,7 @@ class Template:
 
 def planar_quaternion(heading: float) -> tuple[float, float]:
     """Return z and w of the quaternion of a rotation [rad] about the vertical; x and y are zero."""
-    return math.sin(0.5 * heading), math.cos(0.5 * heading)
+    return sin_cos(0.5 * heading)
 
 
 def odometry_writer(

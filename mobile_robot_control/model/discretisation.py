@@ -3,12 +3,16 @@
 import math
 from typing import NamedTuple
 
+from mobile_robot_control.elementary import exp
 from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.model.robot import Robot, angular_inertia, linear_inertia
 
 _OFFSET = 0.5 * math.sqrt(0.6)
 QUADRATURE = (0.5 - _OFFSET, 0.5, 0.5 + _OFFSET)
 """Gauss-Legendre quadrature with three points on [0, 1], exact to the fifth power of the period."""
+
+_SMALL = 0.5
+_NEGLIGIBLE = 1e-18
 
 
 class Response(NamedTuple):
@@ -62,23 +66,35 @@ class DiscretePlant(NamedTuple):
     centripetal_coupling: bool
 
 
-def _response(rate: float, time: float) -> Response:
-    """Solve x' = u - rate x over a time; a series avoids cancellation at little friction."""
+@jitable_apart
+def held_response(rate: float, time: float) -> Response:
+    """
+    Return the response to a held u over a time [s], for a rate a >= 0 [1/s].
+
+    Accurate to some 1e-15 of each coefficient.
+    """
     x = rate * time
-    if x > 0.5:
-        gain = -math.expm1(-x) / rate
-        return Response(math.exp(-x), gain, (time - gain) / rate)
-    # (1 - e^-x)/x and (x - 1 + e^-x)/x² as power series, to the last bit for x <= 0.5
-    first = math.fsum((-x) ** n / math.factorial(n + 1) for n in range(16))
-    second = math.fsum((-x) ** n / math.factorial(n + 2) for n in range(16))
-    return Response(math.exp(-x), time * first, time * time * second)
+    if x > _SMALL:
+        decay = exp(-x)
+        gain = (1.0 - decay) / rate
+        return Response(decay, gain, (time - gain) / rate)
+    # (x - 1 + e^-x)/x² as a power series
+    second = term = 0.5
+    for n in range(3, 18):
+        term *= -x / n
+        second += term
+        if abs(term) < _NEGLIGIBLE:
+            break
+    first = 1.0 - x * second
+    return Response(1.0 - x * first, time * first, time * time * second)
 
 
 def channel(rate: float, dt: float) -> Channel:
     """Return the responses of a velocity with a decay rate [1/s] at the points within a time [s] and at its end."""
     first, middle, last = QUADRATURE
     return Channel(
-        _response(rate, first * dt), _response(rate, middle * dt), _response(rate, last * dt), _response(rate, dt))
+        held_response(rate, first * dt), held_response(rate, middle * dt), held_response(rate, last * dt),
+        held_response(rate, dt))
 
 
 def discretise(robot: Robot, dt: float, centripetal_coupling: bool = False) -> DiscretePlant:
@@ -113,10 +129,6 @@ def discretise(robot: Robot, dt: float, centripetal_coupling: bool = False) -> D
     )
 
 
-_SMALL = 0.5
-_NEGLIGIBLE = 1e-18
-
-
 class FadingResponse(NamedTuple):
     """
     Coefficients of the exact solution of x' = u exp(-b t) - a x from x(0) = 0.
@@ -131,29 +143,6 @@ class FadingResponse(NamedTuple):
 
     gain: float
     travel: float
-
-
-@jitable_apart
-def held_response(rate: float, time: float) -> Response:
-    """
-    Return the response to a held u over a time [s], for a rate a >= 0 [1/s].
-
-    Accurate to some 1e-15 of each coefficient, like `discretisation.discretise`; this form can be compiled.
-    """
-    x = rate * time
-    if x > _SMALL:
-        decay = math.exp(-x)
-        gain = (1.0 - decay) / rate
-        return Response(decay, gain, (time - gain) / rate)
-    # (x - 1 + e^-x)/x² as a power series
-    second = term = 0.5
-    for n in range(3, 18):
-        term *= -x / n
-        second += term
-        if abs(term) < _NEGLIGIBLE:
-            break
-    first = 1.0 - x * second
-    return Response(1.0 - x * first, time * first, time * time * second)
 
 
 @jitable_apart
@@ -180,13 +169,13 @@ def fading_response(rate: float, fading: float, time: float) -> FadingResponse:
         return FadingResponse(held_response(fading, time).gain - rate * travel, travel)
     half = 0.5 * (x - y)
     if abs(half) > _SMALL:
-        gain = (math.exp(-y) - math.exp(-x)) / (rate - fading)
+        gain = (exp(-y) - exp(-x)) / (rate - fading)
     else:
         # sinh(z)/z as a power series
         square, series = half * half, 1.0
         for n in range(12, 0, -2):
             series = 1.0 + square * series / (n * (n + 1.0))
-        gain = time * math.exp(-0.5 * (x + y)) * series
+        gain = time * exp(-0.5 * (x + y)) * series
     # x' = u e^(-b t) - a x, integrated, and the same with a and b exchanged
     if x > y:
         return FadingResponse(gain, (held_response(fading, time).gain - gain) / rate)

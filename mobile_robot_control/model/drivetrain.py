@@ -1,8 +1,8 @@
 """Motors, friction and robot: one axle with two wheels, discretised together for one sampling period."""
 
-import math
 from typing import NamedTuple
 
+from mobile_robot_control.elementary import exp
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import (
     QUADRATURE,
@@ -155,7 +155,7 @@ def discretise_drivetrain(plant: DiscretePlant, motor: Motor, friction: Friction
     return Drivetrain(
         plant,
         axle,
-        math.exp(-lag_rate * dt) if lag_rate > 0.0 else 0.0,
+        exp(-lag_rate * dt) if lag_rate > 0.0 else 0.0,
         held_response(lag_rate, dt).gain / dt if lag_rate > 0.0 else 0.0,
         _fading_channel(rates[0], lag_rate, dt),
         _fading_channel(rates[1], lag_rate, dt),

@@ -3,7 +3,8 @@
 import math
 from typing import NamedTuple
 
-from mobile_robot_control.angles import direction, wrap_angle
+from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import exp, sin_cos
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.discretisation import DiscretePlant
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
@@ -48,7 +49,7 @@ def _derivative(motion: Motion, heading: float, torque: WheelTorque, robot: Robo
     # (A-B) dω/dt + (r²/(2R²)) M d v ω = (r/(2R))(τ_R - τ_L) - K ω
     angular = (0.5 * r / R * (torque.right - torque.left) - K * omega
                - 0.5 * r * r / (R * R) * offset_mass * v * omega) / angular_inertia(robot)
-    cosine, sine = direction(heading + motion.turn)
+    sine, cosine = sin_cos(heading + motion.turn)
     return Motion(v * cosine, v * sine, omega, v, linear, angular)
 
 
@@ -151,7 +152,7 @@ def advance_fading(
     """
     count = substeps(dt)
     h = dt / count
-    half = math.exp(-0.5 * rate * h)
+    half = exp(-0.5 * rate * h)
     motion = Motion(0.0, 0.0, 0.0, 0.0, velocity.linear, velocity.angular)
     left = 1.0
     for _ in range(count):
@@ -218,7 +219,7 @@ def mean_velocity(
     ):
         forward = weight * speed
         # Eq. (5), (6): dx/dt = v cos θ, dy/dt = v sin θ
-        cosine, sine = direction(heading)
+        sine, cosine = sin_cos(heading)
         x += forward * cosine
         y += forward * sine
     return x, y

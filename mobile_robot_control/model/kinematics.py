@@ -3,6 +3,7 @@
 import math
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import sin, sin_cos
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.robot import Robot, half_separation
 from mobile_robot_control.quantities import (
@@ -106,11 +107,11 @@ def along_arc(pose: Pose, distance: float, turn: float) -> Pose:
     """
     half = 0.5 * turn
     # the chord: s sin(Δ/2) / (Δ/2), in the direction of the heading half-way
-    chord = distance * (math.sin(half) / half if abs(half) > _STRAIGHT else 1.0 - half * half / 6.0)
-    direction = pose.heading + half
+    chord = distance * (sin(half) / half if abs(half) > _STRAIGHT else 1.0 - half * half / 6.0)
+    sine, cosine = sin_cos(pose.heading + half)
     return Pose(
-        pose.x + chord * math.cos(direction),
-        pose.y + chord * math.sin(direction),
+        pose.x + chord * cosine,
+        pose.y + chord * sine,
         wrap_angle(pose.heading + turn),
     )
 

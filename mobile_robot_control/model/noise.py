@@ -1,9 +1,9 @@
 """Measurement noise."""
 
-import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import normal
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.model.robot import Robot, half_separation
@@ -64,7 +64,7 @@ def gaussian(seed: int, channel: int, k: int) -> float:
     # never 0, where the logarithm is not finite
     first = (place + 0.5) / 4294967296.0
     second = _scrambled((place + 1) & _MASK) / 4294967296.0
-    return math.sqrt(-2.0 * math.log(first)) * math.cos(2.0 * math.pi * second)
+    return normal(first, second)
 
 
 @jitable
@@ -129,5 +129,5 @@ def twist_variances(noise: Noise, robot: Robot) -> tuple[float, ...]:
     Follows from Eq. (5)-(7) of the chapter, v = r/2 (ω_R + ω_L), ω = r/(2R) (ω_R - ω_L), which are uncorrelated.
     """
     r, R = robot.wheel_radius, half_separation(robot)
-    linear = 0.5 * (r * noise.velocity) ** 2
+    linear = 0.5 * (r * noise.velocity) * (r * noise.velocity)
     return (linear, 0.0, 0.0, 0.0, 0.0, linear / (R * R))

@@ -8,6 +8,7 @@ non-ideal motors or friction, once for each possible next event.
 import math
 from typing import NamedTuple
 
+from mobile_robot_control.elementary import exp
 from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.model.drivetrain import Axle
 from mobile_robot_control.model.friction import SLACK, Directions, released, sign
@@ -147,7 +148,7 @@ def first_zero(watch: Watch, modes: Modes, lag_rate: float, end: float) -> float
         a, _ = mode_after(first, lag_rate, time)
         b, _ = mode_after(second, lag_rate, time)
         if lag_rate > 0.0:
-            fading = math.exp(-lag_rate * time)
+            fading = exp(-lag_rate * time)
     return time
 
 

@@ -1,6 +1,5 @@
 """The plan of a path: its fastest motion at every point, with the wheels' motion and the active limit."""
 
-import math
 from collections.abc import Mapping
 from itertools import pairwise
 from os import fspath
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_robot_control.control.compensation import inverse_dynamics
+from mobile_robot_control.elementary import dist
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.parameters.declaration import Field, flatten
 from mobile_robot_control.parameters.requests import Reader
@@ -105,7 +105,7 @@ def make_plan(request: PlanRequest, command_line: str) -> Plan:
 def _deviation(stretch: Stretch) -> float:
     """Return the largest distance of a waypoint from a stretch [m]."""
     follower, given = Follower(polyline(stretch.spans, _FINE), 0.0), stretch.request.waypoints.points
-    return max(follower.distance(point, math.dist(point, before)) for before, point in pairwise((given[0], *given)))
+    return max(follower.distance(point, dist(point, before)) for before, point in pairwise((given[0], *given)))
 
 
 def plan_of(configuration: Configuration, command_line: str = '') -> Plan:

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import atan2, sin_cos
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.declaration import INLINE, Field, rule
 from mobile_robot_control.quantities import LARGEST, NO_ACCELERATION, BodyAcceleration, BodyVelocity, Pose, Reference
@@ -88,13 +89,13 @@ def reference_at(curve: CurveFunction, time: float, placement: Placement) -> Ref
     # s = 2π (t / period + phase)
     rate = 2.0 * math.pi / placement.period
     point = curve(2.0 * math.pi * (time / placement.period + placement.phase))
-    cos, sin = math.cos(placement.rotation), math.sin(placement.rotation)
+    sin, cos = sin_cos(placement.rotation)
     speed_squared = point.dx * point.dx + point.dy * point.dy
     return Reference(
         Pose(
             placement.center[0] + placement.scale * (cos * point.x - sin * point.y),
             placement.center[1] + placement.scale * (sin * point.x + cos * point.y),
-            wrap_angle(math.atan2(point.dy, point.dx) + placement.rotation),
+            wrap_angle(atan2(point.dy, point.dx) + placement.rotation),
         ),
         BodyVelocity(
             # v_r = |dr/dt|

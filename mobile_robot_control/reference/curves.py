@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple, Protocol
 
+from mobile_robot_control.elementary import sin_cos
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.registry import Registry, Source, name_violations
 from mobile_robot_control.system.texts import located_error
@@ -85,7 +86,7 @@ def lemniscate(s: float) -> CurvePoint:
     CurvePoint
         Of scale 1.
     """
-    sin, cos = math.sin(s), math.cos(s)
+    sin, cos = sin_cos(s)
     d = 1.0 + sin * sin
     # with N/d and d' = 2 sin cos: (N/d)' = M/d², (M/d²)' = (M' d - 2 M d')/d³
     slope = 2.0 * sin * cos
@@ -93,10 +94,10 @@ def lemniscate(s: float) -> CurvePoint:
     return CurvePoint(
         cos / d,
         sin * cos / d,
-        mx / d**2,
-        my / d**2,
-        (-3.0 * cos * cos * cos * d - 2.0 * mx * slope) / d**3,
-        (-6.0 * sin * cos * d - 2.0 * my * slope) / d**3,
+        mx / (d * d),
+        my / (d * d),
+        (-3.0 * cos * cos * cos * d - 2.0 * mx * slope) / (d * d * d),
+        (-6.0 * sin * cos * d - 2.0 * my * slope) / (d * d * d),
     )
 
 
@@ -115,7 +116,7 @@ def trifolium(s: float) -> CurvePoint:
     CurvePoint
         Of scale 1.
     """
-    sin, cos, sin2, cos2 = math.sin(s), math.cos(s), math.sin(2.0 * s), math.cos(2.0 * s)
+    (sin, cos), (sin2, cos2) = sin_cos(s), sin_cos(2.0 * s)
     # products to sums: x = (cos 2s + cos s)/2, y = (sin 2s - sin s)/2
     return CurvePoint(
         0.5 * (cos2 + cos),
@@ -142,7 +143,7 @@ def circle(s: float) -> CurvePoint:
     CurvePoint
         Of scale 1.
     """
-    sin, cos = math.sin(s), math.cos(s)
+    sin, cos = sin_cos(s)
     return CurvePoint(cos, sin, -sin, cos, -cos, -sin)
 
 
@@ -182,7 +183,7 @@ def lissajous(s: float) -> CurvePoint:
     CurvePoint
         Of scale 1.
     """
-    sin, cos, sin2, cos2 = math.sin(s), math.cos(s), math.sin(2.0 * s), math.cos(2.0 * s)
+    (sin, cos), (sin2, cos2) = sin_cos(s), sin_cos(2.0 * s)
     return CurvePoint(sin, sin2, cos, 2.0 * cos2, -sin, -4.0 * sin2)
 
 
@@ -202,8 +203,8 @@ def sinusoid(s: float) -> CurvePoint:
         Of scale 1.
     """
     turn = 2.0 * math.pi
-    sin, cos = math.sin(s) / turn, math.cos(s) / turn
-    return CurvePoint(s / turn, sin, 1.0 / turn, cos, 0.0, -sin, 0.0, -cos)
+    sin, cos = sin_cos(s)
+    return CurvePoint(s / turn, sin / turn, 1.0 / turn, cos / turn, 0.0, -sin / turn, 0.0, -cos / turn)
 
 
 @jitable
@@ -242,7 +243,8 @@ def rounded_rectangle(s: float) -> CurvePoint:
         return CurvePoint(side * (width - rest), side * (height + radius), -side * rate, 0.0, 0.0, 0.0, 0.0, 0.0)
     lower = way < corner
     turned = way / radius - 0.5 * math.pi if lower else (way - corner - 2.0 * height) / radius
-    sin, cos, turn = side * math.sin(turned), side * math.cos(turned), rate / radius
+    sin, cos = sin_cos(turned)
+    sin, cos, turn = side * sin, side * cos, rate / radius
     return CurvePoint(
         side * width + radius * cos, (-side if lower else side) * height + radius * sin,
         -rate * sin, rate * cos,

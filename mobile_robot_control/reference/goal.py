@@ -1,9 +1,9 @@
 """When a goal is reached."""
 
-import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import dist
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import Pose
 
@@ -27,5 +27,5 @@ class GoalParameters(NamedTuple):
 
 def is_reached(robot: Pose, end: Pose, limits: GoalParameters) -> bool:
     """Return whether a robot counts as arrived at the end of its path."""
-    return (math.dist(robot[:2], end[:2]) <= limits.position_tolerance
+    return (dist(robot[:2], end[:2]) <= limits.position_tolerance
             and abs(wrap_angle(robot.heading - end.heading)) <= limits.heading_tolerance)

@@ -11,6 +11,7 @@ from itertools import pairwise, product
 from typing import NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import atan2, dist, sin_cos
 from mobile_robot_control.model.kinematics import turned_round
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
@@ -68,11 +69,11 @@ class _Start(NamedTuple):
 def _start(route: Route, ways: Sequence[Way], before: Reference, request: PathRequest) -> _Start:
     """Return where a route begins for a cart, on its first part; raise ParameterError if that is too far away."""
     at, most, near = before.pose[:2], request.path.join_distance, _SAME_WAY * request.path.rounding
-    left = math.dist(ways[0].points[0], at) + most
+    left = dist(ways[0].points[0], at) + most
     backward = math.copysign(1.0, before.velocity.linear) < 0.0
     found = []
     for number, way in enumerate(ways):
-        found.append(_Start(number, *nearest(way.points, at, left - math.dist(way.points[0], at))))
+        found.append(_Start(number, *nearest(way.points, at, left - dist(way.points[0], at))))
         left -= way.length
         if left <= 0.0:
             break
@@ -160,7 +161,7 @@ def lead_over(request: PathRequest, before: Reference, rest: Rest) -> Motion:
     number, present = len(ways) - max(1, len(paths)), rest.parts[0]
     length = ways[number].length
     if present in paths:
-        length -= sum(math.dist(*two) for two in pairwise(polyline(present.remaining(rest.time)))) + _BEHIND
+        length -= math.fsum(dist(*two) for two in pairwise(polyline(present.remaining(rest.time)))) + _BEHIND
     elif paths:
         length = 0.0
 
@@ -184,8 +185,8 @@ def lead_over(request: PathRequest, before: Reference, rest: Rest) -> Motion:
 def _ends_at(ways: Sequence[Way], pose: Pose) -> bool:
     """Return whether a route ends at a pose, and is no lap from there to there."""
     first, last = ways[0].points[0], ways[-1].points[-1]
-    return math.dist(last, pose[:2]) < _SAME_END and (
-        math.dist(first, pose[:2]) >= _SAME_END or (len(ways) == 1 and ways[0].length < _STEP))
+    return dist(last, pose[:2]) < _SAME_END and (
+        dist(first, pose[:2]) >= _SAME_END or (len(ways) == 1 and ways[0].length < _STEP))
 
 
 def _turns_to(route: Route, heading: float) -> bool:
@@ -205,10 +206,10 @@ def _is_same(
     if len(paths) > len(ways):
         return False
     if not paths:
-        return math.dist(before.pose[:2], ways[-1].points[-1]) < near
+        return dist(before.pose[:2], ways[-1].points[-1]) < near
     spans = [path.remaining(rest.time) if path is rest.parts[0] else path.remaining(0.0) for path in paths]
     begin = nearest(ways[-len(paths)].points, before.pose[:2], request.path.join_distance)[0]
-    return math.dist(paths[-1].reference(paths[-1].period).pose[:2], ways[-1].points[-1]) < _SAME_END and all(
+    return dist(paths[-1].reference(paths[-1].period).pose[:2], ways[-1].points[-1]) < _SAME_END and all(
         path.backward == stretch.backward and all(one.away <= near for one in _beside(ahead, way, start))
         for path, ahead, stretch, way, start in zip(
             paths, spans, route.stretches[-len(paths):], ways[-len(paths):], [begin] + [0.0] * (len(paths) - 1),
@@ -228,7 +229,7 @@ def _from_rest(
     stretch, way = route.stretches[start.number], ways[start.number]
     seen = turned_round(before) if stretch.backward else before
     (x, y), (ahead, left) = (point_after(way.points, start.length + more)[0] for more in (0.0, _LOOK_AHEAD))
-    angle = wrap_angle(math.atan2(left - y, ahead - x) - seen.pose.heading) if (x, y) != (ahead, left) else 0.0
+    angle = wrap_angle(atan2(left - y, ahead - x) - seen.pose.heading) if (x, y) != (ahead, left) else 0.0
     able = can_turn(request.timing, request.drive.stall_torque)
     refusal = ParameterError([])
     for turns in (False, True):
@@ -333,10 +334,10 @@ def _beside(ahead: Sequence[Span], way: Way, begin: float) -> list[_Beside]:
     found, travelled, follower = [], 0.0, Follower(way.points, begin)
     for n, span in enumerate(ahead):
         before = span.at(0.0)[:2]
-        parts = max(1, math.ceil(math.dist(before, span.at(1.0)[:2]) / _STEP))
+        parts = max(1, math.ceil(dist(before, span.at(1.0)[:2]) / _STEP))
         for u in (part / parts for part in range(1, parts + 1)):
             point = span.at(u)[:2]
-            travelled, before = travelled + math.dist(before, point), point
+            travelled, before = travelled + dist(before, point), point
             away = follower.distance(point)
             found.append(_Beside(n, u, travelled, away, follower.length, way.numbers[follower.place]))
     return found
@@ -349,14 +350,15 @@ def _place(ahead: Sequence[Span], beside: Sequence[_Beside], until: float) -> _P
     at = ahead[leaving.span].at(leaving.u)
     return _Place([*ahead[:leaving.span], ahead[leaving.span].until(leaving.u)],
                   [numbers[n] for n in range(leaving.span + 1)],
-                  Pose(at.x, at.y, math.atan2(at.dy, at.dx)), bend(at).curvature, leaving.length)
+                  Pose(at.x, at.y, atan2(at.dy, at.dx)), bend(at).curvature, leaving.length)
 
 
 def _joint(pose: Pose, curvature: float, first: Point) -> list[Point]:
     """Return the control points of a span that begins with a pose and a curvature [1/m] and leads to a point."""
     x, y, heading = pose
-    rate = 0.5 * math.dist((x, y), first)
-    along = rate * math.cos(heading), rate * math.sin(heading)
+    rate = 0.5 * dist((x, y), first)
+    sine, cosine = sin_cos(heading)
+    along = rate * cosine, rate * sine
     # r'' = κ |r'|² n
     bend = rate * curvature
     across = -bend * along[1], bend * along[0]

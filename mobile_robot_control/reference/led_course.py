@@ -1,12 +1,12 @@
 """A course in the frame of a localisation: corrections move it, and the cart leads over to where it lies then."""
 
-import math
 from bisect import bisect_right
 from contextlib import suppress
 from functools import lru_cache
 from typing import NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import atan2, hypot, sin_cos
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import (
     NANOSECONDS,
@@ -95,9 +95,10 @@ class Blend(NamedTuple):
         if share >= 1.0:
             return self.after.reference(time)
         # s = 10 u³ - 15 u⁴ + 6 u⁵, its rate, and the rate of that
-        s = share**3 * (10.0 - share * (15.0 - 6.0 * share))
-        rate = 30.0 * share**2 * (1.0 - share)**2 / _BLEND
-        growth = 60.0 * share * (1.0 - share) * (1.0 - 2.0 * share) / _BLEND**2
+        left = share * (1.0 - share)
+        s = share * share * share * (10.0 - share * (15.0 - 6.0 * share))
+        rate = 30.0 * left * left / _BLEND
+        growth = 60.0 * left * (1.0 - 2.0 * share) / (_BLEND * _BLEND)
         (x, y), (vx, vy), (ax, ay) = _plane(self.before.accelerated(time))
         (xn, yn), (vxn, vyn), (axn, ayn) = _plane(self.after.accelerated(time))
         dx, dy, dvx, dvy = xn - x, yn - y, vxn - vx, vyn - vy
@@ -105,8 +106,8 @@ class Blend(NamedTuple):
         ax = ax + s * (axn - ax) + 2.0 * rate * dvx + growth * dx
         ay = ay + s * (ayn - ay) + 2.0 * rate * dvy + growth * dy
         return Reference(
-            Pose(x + s * dx, y + s * dy, math.atan2(vy, vx)),
-            BodyVelocity(math.hypot(vx, vy), (vx * ay - vy * ax) / (vx * vx + vy * vy)), NO_ACCELERATION)
+            Pose(x + s * dx, y + s * dy, atan2(vy, vx)),
+            BodyVelocity(hypot(vx, vy), (vx * ay - vy * ax) / (vx * vx + vy * vy)), NO_ACCELERATION)
 
     def accelerated(self, time: float) -> Reference:
         """Return the reference at a time [s], with its acceleration; while it leads over, by a symmetric difference."""
@@ -120,7 +121,7 @@ class Blend(NamedTuple):
 def _plane(reference: Reference) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
     """Return position, velocity and acceleration of the cart in the plane."""
     (x, y, heading), (v, omega), (a, _) = reference
-    cos, sin = math.cos(heading), math.sin(heading)
+    sin, cos = sin_cos(heading)
     return (x, y), (v * cos, v * sin), (a * cos - v * omega * sin, a * sin + v * omega * cos)
 
 

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import dist, normal, sin_cos
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import NANOSECONDS, Pose
 
@@ -73,20 +74,20 @@ class Drawing(NamedTuple):
 
 def composed(outer: Pose, inner: Pose) -> Pose:
     """Return a pose in the outer frame, given in one that has a pose there."""
-    cos, sin = math.cos(outer.heading), math.sin(outer.heading)
+    sin, cos = sin_cos(outer.heading)
     return Pose(outer.x + cos * inner.x - sin * inner.y, outer.y + sin * inner.x + cos * inner.y,
                 wrap_angle(outer.heading + inner.heading))
 
 
 def inverse(pose: Pose) -> Pose:
     """Return the pose of the outer frame in the one that has a pose there."""
-    cos, sin = math.cos(pose.heading), math.sin(pose.heading)
+    sin, cos = sin_cos(pose.heading)
     return Pose(-cos * pose.x - sin * pose.y, sin * pose.x - cos * pose.y, wrap_angle(-pose.heading))
 
 
 def apart(one: Pose, other: Pose) -> tuple[float, float]:
     """Return distance [m] and angle [rad] between two poses."""
-    return math.dist(one[:2], other[:2]), abs(wrap_angle(one.heading - other.heading))
+    return dist(one[:2], other[:2]), abs(wrap_angle(one.heading - other.heading))
 
 
 def _exceeds(found: tuple[float, float], bounds: tuple[float, float]) -> bool:
@@ -162,12 +163,16 @@ class DrawnCorrections:
         given, draw = self._given, self._random
         while (stamp := round(self._number / given.rate * NANOSECONDS)) <= now:
             if self._number:
-                here, way = composed(self._true, at), draw.uniform(-math.pi, math.pi)
+                here, (sine, cosine) = composed(self._true, at), sin_cos(draw.uniform(-math.pi, math.pi))
                 spread = given.drift / math.sqrt(given.rate)
-                moved = Pose(here.x + given.jump * math.cos(way) + draw.gauss(0.0, spread),
-                             here.y + given.jump * math.sin(way) + draw.gauss(0.0, spread),
+                moved = Pose(here.x + given.jump * cosine + spread * _normal(draw),
+                             here.y + given.jump * sine + spread * _normal(draw),
                              wrap_angle(here.heading + draw.choice((-1.0, 1.0)) * given.turn))
                 self._true = composed(moved, inverse(at))
             self._number += 1
-            yield stamp, self._true._replace(x=self._true.x + draw.gauss(0.0, given.noise),
-                                             y=self._true.y + draw.gauss(0.0, given.noise))
+            yield stamp, self._true._replace(x=self._true.x + given.noise * _normal(draw),
+                                             y=self._true.y + given.noise * _normal(draw))
+
+
+def _normal(draw: random.Random) -> float:
+    return normal(1.0 - draw.random(), draw.random())

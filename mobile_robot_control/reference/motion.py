@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import dist
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, BodyVelocity, Pose, Reference
 from mobile_robot_control.reference.path_parameters import PathRequest
@@ -143,7 +144,7 @@ class Motion:
     def __init__(self, parts: Sequence[Part], ignored: tuple[str, ...] = ()) -> None:
         self.parts, self.ignored = tuple(parts), ignored
         *self.begins, self.period = accumulate((part.period for part in parts), initial=0.0)
-        self.length = sum(part.length for part in parts)
+        self.length = math.fsum(part.length for part in parts)
         self.limit = [name for part in parts for name in part.limit]
         self.times: Floats = np.concatenate(
             [part.times[:-1] + begin for part, begin in zip(parts, self.begins, strict=True)] + [[self.period]])
@@ -172,7 +173,7 @@ class Motion:
         """Return the way after a time since the start [m]."""
         first, *later = self.rest(time).parts
         ahead = first.remaining(time - self.begins[self._number(time)]) if isinstance(first, PlannedPath) else ()
-        return sum(math.dist(*two) for two in pairwise(polyline(ahead))) + sum(part.length for part in later)
+        return math.fsum(dist(*two) for two in pairwise(polyline(ahead))) + math.fsum(part.length for part in later)
 
     def _number(self, time: float) -> int:
         return max(0, bisect_right(self.begins, time) - 1)
@@ -180,7 +181,7 @@ class Motion:
     def shares(self) -> dict[str, float]:
         """Return the share of the time in which each limit is active, the largest first; '' stands for none."""
         spans = np.diff(self.times)
-        found = {name: float(sum(span for span, active in zip(spans, self.limit, strict=True) if active == name))
+        found = {name: float(math.fsum(span for span, active in zip(spans, self.limit, strict=True) if active == name))
                  / self.period for name in set(self.limit)}
         return dict(sorted(found.items(), key=lambda one: (-one[1], one[0])))
 
@@ -247,7 +248,7 @@ def plan(request: PathRequest) -> Motion:
 
     """
     path, waypoints = request.path, request.waypoints
-    length = sum(math.dist(*two) for two in pairwise(waypoints.points))
+    length = math.fsum(dist(*two) for two in pairwise(waypoints.points))
     if length < path.tolerance:
         raise ParameterError([f'{waypoints.places[0]}: the whole path is {length:.3g} m long, less than path.tolerance '
                               f'= {path.tolerance:g} m; are its coordinates metres?'])

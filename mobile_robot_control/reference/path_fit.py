@@ -11,18 +11,19 @@ machine finds the same path.
 
 import math
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mobile_robot_control.elementary import dist, hypot
 from mobile_robot_control.reference.path_shape import Floats, Point, spans_of
 
 Whole = NDArray[np.int64]
 DENSE = 0.2
 """[m]: points farther apart are not fitted; and the largest distance of two knots."""
-_STIFFNESS = (4.0 / (2.0 * math.pi)) ** 4
+_STIFFNESS = (2.0 / math.pi) * (2.0 / math.pi) * (2.0 / math.pi) * (2.0 / math.pi)
 """λ for lengths in knots: it halves waves of four knots."""
 _KNOTS = 4.0
 """Largest distance of two knots, in tolerances."""
@@ -39,7 +40,7 @@ _FINEST = 0.05
 """Smallest distance of two knots, in tolerances."""
 _AROUND = 3.0
 """[m] beside a lap of a closed path, from where nothing has influence."""
-_REACH, _BACK = 0.15, math.cos(math.radians(150.0))
+_REACH, _BACK = 0.15, -0.5 * math.sqrt(3.0)
 """[m] before and after a point, whose directions differ by 150° and more where a path turns back."""
 _OVERLAP = 0.3
 """[m]: points may lead back by this much and on again, as where a planner appends a new plan to the old one."""
@@ -82,7 +83,7 @@ class _Polyline(NamedTuple):
 
 def is_dense(points: Sequence[Point]) -> bool:
     """Return whether any two neighbours are so near to each other that the points are fitted."""
-    return any(math.dist(one, other) < DENSE for one, other in pairwise(points))
+    return any(dist(one, other) < DENSE for one, other in pairwise(points))
 
 
 def fitted(points: Sequence[Point], closed: bool, tolerance: float) -> list[tuple[Point, int]]:
@@ -129,7 +130,7 @@ def _gathered(points: Sequence[Point], radius: float) -> list[tuple[Point, int]]
     """Return the means of points within a radius [m] of the first of them, each with its number; the ends stay."""
     groups = [[0]]
     for number in range(1, len(points)):
-        if math.dist(points[number], points[groups[-1][0]]) < radius:
+        if dist(points[number], points[groups[-1][0]]) < radius:
             groups[-1].append(number)
         else:
             groups.append([number])
@@ -151,7 +152,7 @@ def turning_points(points: Sequence[Point], tolerance: float) -> list[int]:
 
 def _leads_back(before: Point, at: Point, after: Point) -> bool:
     dx, dy, ex, ey = at[0] - before[0], at[1] - before[1], after[0] - at[0], after[1] - at[1]
-    return dx * ex + dy * ey < _BACK * math.hypot(dx, dy) * math.hypot(ex, ey)
+    return dx * ex + dy * ey < _BACK * hypot(dx, dy) * hypot(ex, ey)
 
 
 def _cleaned(kept: list[tuple[Point, int]]) -> tuple[list[tuple[Point, int]], list[int]]:
@@ -175,7 +176,7 @@ def _beside(points: Sequence[tuple[Point, int]], n: int, step: int, end: int) ->
     """Return the first point at least _REACH along a polyline from a point, forwards or backwards; or its end."""
     way = 0.0
     while n != end and way < _REACH:
-        way += math.dist(points[n][0], points[n + step][0])
+        way += dist(points[n][0], points[n + step][0])
         n += step
     return points[n][0]
 
@@ -185,7 +186,7 @@ def _ahead(points: Sequence[tuple[Point, int]], n: int, direction: Point) -> int
     (x, y), dx, dy = points[n][0], *direction
     for number in range(n + 1, len(points)):
         away = points[number][0][0] - x, points[number][0][1] - y
-        if math.hypot(*away) > _OVERLAP:
+        if hypot(*away) > _OVERLAP:
             break
         if away[0] * dx + away[1] * dy > 0.0:
             return number
@@ -212,10 +213,16 @@ def _within(points: Floats, closed: bool, tolerance: float) -> tuple[Floats, _Po
         knot *= 0.5
 
 
+def _lengths(vectors: Floats) -> Floats:
+    """Return the lengths of vectors, shape (n, 2)."""
+    found: Floats = np.sqrt(vectors[:, 0] * vectors[:, 0] + vectors[:, 1] * vectors[:, 1])
+    return found
+
+
 def _sampled(points: Floats, knot: float) -> _Polyline:
     """Return a polyline with knots at most about so far apart [m]."""
-    steps = np.hypot(points[1:, 0] - points[:-1, 0], points[1:, 1] - points[:-1, 1])
-    lengths = np.append(0.0, np.cumsum(steps))
+    steps = _lengths(points[1:] - points[:-1])
+    lengths = np.array(list(accumulate(steps.tolist(), initial=0.0)))
     parts = np.maximum(1, np.ceil(steps * (_SAMPLES / knot) - 1e-9)).astype(int)
     leg = np.repeat(np.arange(len(parts)), parts)
     share = (np.arange(len(leg)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[leg]
@@ -253,7 +260,7 @@ def _fit(line: _Polyline, stiffness: Floats, closed: bool) -> tuple[Floats, Floa
     first, last = target[:1], target[-1:]
     control = np.concatenate([2.0 * first - inner[:1], first, inner, last, 2.0 * last - inner[-1:]])
     path = sum(basis[part][:, None] * control[span + part] for part in range(4))
-    distance = np.hypot(path[:, 0] - target[:, 0], path[:, 1] - target[:, 1])
+    distance = _lengths(path - target)
     if not closed:
         return control[1:-1], distance
     begin, samples = sides * count, len(line.at) - 1
@@ -338,5 +345,5 @@ def _is_near(
     given = np.array(points)
     for step in range(-2 * _CHECKED, 2 * _CHECKED + 1):
         at = (middle + step) % len(path) if closed else np.clip(middle + step, 0, len(path) - 1)
-        nearest = np.minimum(nearest, np.hypot(*(path[at] - given).T))
+        nearest = np.minimum(nearest, _lengths(path[at] - given))
     return bool((nearest <= tolerance).all())

@@ -8,12 +8,14 @@ d sin(θ/2)/3 of the corner; closer waypoints are control points themselves.
 
 import math
 from collections.abc import Callable, Sequence
+from functools import reduce
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import atan2, dist, sin
 from mobile_robot_control.reference.curves import CurvePoint
 
 Point = tuple[float, float]
@@ -94,15 +96,11 @@ def bend(point: Any, root: Callable[[Any], Any] = math.sqrt) -> Bend:
     return Bend(speed, curvature, (turn - 3.0 * curvature * along) / speed)
 
 
-def _apart(one: Point, other: Point) -> float:
-    return math.hypot(other[0] - one[0], other[1] - one[1])
-
-
 def _reach(before: Point, corner: Point, after: Point, tolerance: float) -> float:
     """Return the largest distance of control points from their corner [m]; inf if the path goes straight on."""
-    turn = abs(wrap_angle(math.atan2(after[1] - corner[1], after[0] - corner[0])
-                          - math.atan2(corner[1] - before[1], corner[0] - before[0])))
-    return 3.0 * tolerance / math.sin(0.5 * turn) if turn > _STRAIGHT else math.inf
+    turn = abs(wrap_angle(atan2(after[1] - corner[1], after[0] - corner[0])
+                          - atan2(corner[1] - before[1], corner[0] - before[0])))
+    return 3.0 * tolerance / sin(0.5 * turn) if turn > _STRAIGHT else math.inf
 
 
 def control_points(waypoints: Sequence[Point], closed: bool, tolerance: float) -> list[tuple[Point, int]]:
@@ -125,7 +123,7 @@ def control_points(waypoints: Sequence[Point], closed: bool, tolerance: float) -
     found = []
     for n in range(count if closed else count - 1):
         start, end = waypoints[n], waypoints[(n + 1) % count]
-        length, near, far = _apart(start, end), reach[n], reach[(n + 1) % count]
+        length, near, far = dist(start, end), reach[n], reach[(n + 1) % count]
         found.append((start, n))
         if length <= min(near, far):
             continue
@@ -174,7 +172,11 @@ _SHARPEST = 0.3
 _CHANGE, _WEAK = 0.1, 2.0
 """Largest change of the curvature in an interval, as a share of the sum of its size and this one [1/m]."""
 _SAMPLES = 16
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
+_INNER, _OUTER = (math.sqrt(5.0 + sign * 2.0 * math.sqrt(10.0 / 7.0)) / 3.0 for sign in (-1.0, 1.0))
+_MORE, _LESS = ((322.0 + sign * 13.0 * math.sqrt(70.0)) / 900.0 for sign in (1.0, -1.0))
+_NODES = np.array([-_OUTER, -_INNER, 0.0, _INNER, _OUTER])
+_WEIGHTS = np.array([_LESS, _MORE, 128.0 / 225.0, _MORE, _LESS])
+"""Gauss-Legendre quadrature with five points on [-1, 1]."""
 
 
 class TooSharpError(ValueError):
@@ -228,6 +230,11 @@ def _points(x: Floats, y: Floats, u: Floats) -> CurvePoint:
     return Span(columns(x), columns(y)).at(u)
 
 
+def _sums(values: Floats) -> Floats:
+    """Return the sums of rows, added in their order: that of numpy depends on the machine."""
+    return reduce(np.add, values.T)
+
+
 def _bends(x: Floats, y: Floats, u: Floats) -> Bend:
     return bend(_points(x, y, u), np.sqrt)
 
@@ -251,9 +258,10 @@ def _first_counts(x: Floats, y: Floats) -> NDArray[np.int64]:
     """Return the number of intervals of each span from its length and its turn."""
     u = np.tile((np.arange(_SAMPLES) + 0.5) / _SAMPLES, (len(x), 1))
     speed, curvature, _ = _bends(x, y, u)
-    lengths = speed.mean(axis=1)
-    turns = np.nan_to_num(np.abs(curvature) * speed, nan=0.0, posinf=1.0).mean(axis=1)
-    counts: NDArray[np.int64] = np.ceil(np.maximum(lengths * _INTERVALS / lengths.sum(), turns / _TURN)).astype(int)
+    lengths = _sums(speed) / _SAMPLES
+    turns = _sums(np.nan_to_num(np.abs(curvature) * speed, nan=0.0, posinf=1.0)) / _SAMPLES
+    whole = math.fsum(lengths.tolist())
+    counts: NDArray[np.int64] = np.ceil(np.maximum(lengths * _INTERVALS / whole, turns / _TURN)).astype(int)
     return np.maximum(counts, 1)
 
 
@@ -267,7 +275,7 @@ def _refined(x: Floats, y: Floats, counts: NDArray[np.int64]) -> PathGrid:
         u = np.stack([number / counts[span], (number + 1) / counts[span]], axis=1)
         middle, half = 0.5 * (u[:, :1] + u[:, 1:]), 0.5 * (u[:, 1:] - u[:, :1])
         between, inner, _ = _bends(x[span], y[span], middle + half * _NODES)
-        length = (half * (between * _WEIGHTS)).sum(axis=1)
+        length = _sums(half * (between * _WEIGHTS))
         ends: Any = _points(x[span], y[span], u)
         speed, curvature, sharpness = bend(ends, np.sqrt)
         # a path that reverses on a straight line has no curvature

@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Sequence
+from itertools import accumulate
 
 import numpy as np
 
+from mobile_robot_control.elementary import atan2, dist
 from mobile_robot_control.model.kinematics import turned_round
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, BodyVelocity, Pose, Reference
@@ -62,8 +64,8 @@ class Timed:
         self.limit = profile.limit
         self.speeds = profile.speed * speed_factor
         self.accelerations = profile.acceleration * speed_factor * speed_factor
-        self.times: Floats = np.concatenate(
-            [[0.0], np.cumsum(2.0 * length / (self.speeds[1:] + self.speeds[:-1]))])
+        self.times: Floats = np.array(
+            list(accumulate((2.0 * length / (self.speeds[1:] + self.speeds[:-1])).tolist(), initial=0.0)))
         self.period = float(self.times[-1])
 
     def interval(self, time: float) -> int:
@@ -113,7 +115,7 @@ class PlannedPath(Timed):
         self, spans: Sequence[Span], grid: PathGrid, profile: Profile, speed_factor: float, backward: bool = False
     ) -> None:
         super().__init__(grid.length, profile, speed_factor)
-        self.grid, self.backward, self.length = grid, backward, float(grid.length.sum())
+        self.grid, self.backward, self.length = grid, backward, math.fsum(grid.length.tolist())
         self.size, self.closed = 1.0, False
         # arrays, which can be sent to other processes without conversion
         self._spans = np.array([(*span.x, *span.y) for span in spans])
@@ -125,7 +127,7 @@ class PlannedPath(Timed):
         time = min(max(time, 0.0), self.period)
         n, u, dt, speed, acceleration = self._place(time)
         point = self._span(self.grid.span[n]).at(u)
-        pose = Pose(point.x, point.y, math.atan2(point.dy, point.dx))
+        pose = Pose(point.x, point.y, atan2(point.dy, point.dx))
         _, curvature, sharpness = bend(point)
         v = max(0.0, speed + acceleration * dt) if within else 0.0
         a = acceleration if within else 0.0
@@ -244,7 +246,7 @@ def timed(
     except TooSharpError as error:
         bend_at = spans[error.span].at(0.5)
         nearest = min(range(min(numbers), len(waypoints.points)),
-                      key=lambda n: math.dist(waypoints.points[n], bend_at[:2]))
+                      key=lambda n: dist(waypoints.points[n], bend_at[:2]))
         raise ParameterError([
             f'{waypoints.places[nearest]}: the path turns back near this waypoint, a cusp that more than '
             f'{MOST_POINTS} points would be needed for; move it, raise path.tolerance = {path.tolerance:g} '

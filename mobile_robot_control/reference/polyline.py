@@ -5,6 +5,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import accumulate, pairwise
 
+from mobile_robot_control.elementary import dist
 from mobile_robot_control.reference.path_shape import Point
 
 _WINDOW = 0.5
@@ -13,12 +14,12 @@ _WINDOW = 0.5
 
 def nearest(points: Sequence[Point], at: Sequence[float], reach: float) -> tuple[float, float]:
     """Return the length along the first part of a polyline to the point nearest to `at`, and its distance [m]."""
-    left = math.dist(points[0], at) + reach
-    travelled, found = 0.0, (0.0, math.dist(points[0], at))
+    left = dist(points[0], at) + reach
+    travelled, found = 0.0, (0.0, dist(points[0], at))
     for start, end in pairwise(points):
-        length = math.dist(start, end)
+        length = dist(start, end)
         along = min(_along(start, end, at, length), left - travelled)
-        away = math.dist(_between(start, end, along / length if length else 0.0), at)
+        away = dist(_between(start, end, along / length if length else 0.0), at)
         if away < found[1]:
             found = travelled + along, away
         travelled += length
@@ -30,7 +31,7 @@ def nearest(points: Sequence[Point], at: Sequence[float], reach: float) -> tuple
 def point_after(points: Sequence[Point], length: float) -> tuple[Point, int]:
     """Return the point of a polyline after a length [m], the last one at most, and the number of the next waypoint."""
     for n, (start, end) in enumerate(pairwise(points), start=1):
-        part = math.dist(start, end)
+        part = dist(start, end)
         if length < part:
             return _between(start, end, length / part), n
         length -= part
@@ -63,7 +64,7 @@ class Follower:
 
     def __init__(self, way: Sequence[Point], begin: float) -> None:
         self._way = way
-        self._lengths = list(accumulate((math.dist(*two) for two in pairwise(way)), initial=0.0))
+        self._lengths = list(accumulate((dist(*two) for two in pairwise(way)), initial=0.0))
         self.length = begin
         self.place = min(max(0, bisect_right(self._lengths, begin) - 1), len(way) - 2)
 
@@ -76,7 +77,7 @@ class Follower:
             start, end = self._way[n], self._way[n + 1]
             size = self._lengths[n + 1] - self._lengths[n]
             along = _along(start, end, point, size)
-            away = math.dist(_between(start, end, along / size if size else 0.0), point)
+            away = dist(_between(start, end, along / size if size else 0.0), point)
             if away < nearest:
                 nearest, self.place, self.length = away, n, self._lengths[n] + along
         return nearest

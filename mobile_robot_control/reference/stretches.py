@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import atan2, dist
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.reference.path_fit import TurnsBackError, fitted, is_dense, turning_points
 from mobile_robot_control.reference.path_parameters import REFUSE, REVERSE, PathRequest
@@ -52,8 +53,8 @@ class Stretch(NamedTuple):
         """Heading of the robot at the start and at the end [rad]."""
         round_ = math.pi if self.backward else 0.0
         start, end = self.spans[0].at(0.0), self.spans[-1].at(1.0)
-        return (wrap_angle(math.atan2(start.dy, start.dx) + round_),
-                wrap_angle(math.atan2(end.dy, end.dx) + round_))
+        return (wrap_angle(atan2(start.dy, start.dx) + round_),
+                wrap_angle(atan2(end.dy, end.dx) + round_))
 
 
 class Route(NamedTuple):
@@ -79,7 +80,7 @@ class Route(NamedTuple):
 def points_of(request: PathRequest) -> list[Point]:
     """Return the points of a path; a closed one does not end where it begins."""
     points = list(request.waypoints.points)
-    return points[:-1] if request.path.closed and math.dist(points[0], points[-1]) < SAME else points
+    return points[:-1] if request.path.closed and dist(points[0], points[-1]) < SAME else points
 
 
 def is_fitted(request: PathRequest) -> bool:
@@ -230,8 +231,8 @@ def _apart(request: PathRequest, stretch: Stretch, ends: tuple[int, int]) -> lis
     way = polyline(stretch.spans)
     follower, before, apart = Follower(way, 0.0), way[0], []
     for heading, point in zip(headings, waypoints.points[first:], strict=False):
-        follower.distance(point, math.dist(before, point))
+        follower.distance(point, dist(before, point))
         (x, y), (ahead, left) = way[follower.place:follower.place + 2]
-        apart.append(abs(wrap_angle(heading - math.atan2(left - y, ahead - x))))
+        apart.append(abs(wrap_angle(heading - atan2(left - y, ahead - x))))
         before = point
     return apart

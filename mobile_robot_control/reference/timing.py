@@ -303,5 +303,5 @@ def fastest(grid: Intervals, timing: Timing, drive: Drive, start: float = 0.0) -
     tops = np.append(least[:, 0], least[-1, 1])
     tops[1:] = np.minimum(tops[1:], least[:, 1])
     speeds = np.array(_Passes(rows, grid.length, tops).run(start))
-    acceleration = (speeds[1:] ** 2 - speeds[:-1] ** 2) / (2.0 * grid.length)
+    acceleration = (speeds[1:] * speeds[1:] - speeds[:-1] * speeds[:-1]) / (2.0 * grid.length)
     return Profile(speeds, acceleration, _active(rows, limits, speeds, acceleration))

@@ -1,9 +1,9 @@
 """The cart that waits: its time along the curve stands still until the robot follows."""
 
-import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import hypot
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference
 
@@ -132,7 +132,7 @@ def later(cart: WaitingCart, dt: float) -> WaitingCart:
 
 def apart(one: Pose, other: Pose) -> float:
     """Return the distance between two poses [m]."""
-    return math.hypot(one.x - other.x, one.y - other.y)
+    return hypot(one.x - other.x, one.y - other.y)
 
 
 def _turned(one: Pose, other: Pose) -> float:

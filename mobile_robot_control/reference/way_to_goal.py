@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import atan2, dist, sin, sin_cos
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Pose, Reference
 from mobile_robot_control.reference.joining import join
@@ -30,7 +31,7 @@ def arcs_to(start: Pose, goal: Pose) -> list[Pose]:
     The biarc of Bolton, "Biarc curves", Computer-Aided Design 7 (2), 1975.
     """
     vx, vy = goal.x - start.x, goal.y - start.y
-    (ax, ay), (bx, by) = ((math.cos(one.heading), math.sin(one.heading)) for one in (start, goal))
+    (ay, ax), (by, bx) = (sin_cos(one.heading) for one in (start, goal))
     along, unlike = vx * (ax + bx) + vy * (ay + by), 2.0 * (1.0 - ax * bx - ay * by)
     square = vx * vx + vy * vy
     if unlike > _STRAIGHT:
@@ -50,19 +51,19 @@ def arcs_to(start: Pose, goal: Pose) -> list[Pose]:
 
 def _turn(heading: float, start: Pose, end: tuple[float, float] | Pose) -> float:
     """Return the turn of the arc from a pose through a point [rad]."""
-    return 2.0 * wrap_angle(math.atan2(end[1] - start.y, end[0] - start.x) - heading)
+    return 2.0 * wrap_angle(atan2(end[1] - start.y, end[0] - start.x) - heading)
 
 
 def _arc(start: Pose, turn: float, end: tuple[float, float]) -> Iterator[Pose]:
     """Yield poses along an arc, without its end."""
-    chord = math.dist(start[:2], end)
-    length = chord if abs(turn) < _STRAIGHT else chord * 0.5 * turn / math.sin(0.5 * turn)
+    chord = dist(start[:2], end)
+    length = chord if abs(turn) < _STRAIGHT else chord * 0.5 * turn / sin(0.5 * turn)
     count = max(1, math.ceil(length / _SPACING))
     for n in range(count):
         part = turn * n / count
-        way = chord * n / count if abs(turn) < _STRAIGHT else chord * math.sin(0.5 * part) / math.sin(0.5 * turn)
-        aim = start.heading + 0.5 * part
-        yield Pose(start.x + way * math.cos(aim), start.y + way * math.sin(aim), wrap_angle(start.heading + part))
+        way = chord * n / count if abs(turn) < _STRAIGHT else chord * sin(0.5 * part) / sin(0.5 * turn)
+        sine, cosine = sin_cos(start.heading + 0.5 * part)
+        yield Pose(start.x + way * cosine, start.y + way * sine, wrap_angle(start.heading + part))
 
 
 def drive_to(
@@ -113,7 +114,7 @@ def _from(
 ) -> tuple[Motion, PathRequest]:
     """Plan from the cart's pose: by arcs where they are feasible, else straight, with a turn to the heading there."""
     start = composed(correction, before.pose)
-    if math.dist(start[:2], goal[:2]) < request.path.rounding and not moves(before):
+    if dist(start[:2], goal[:2]) < request.path.rounding and not moves(before):
         return Motion([turn(before.pose, wrap_angle(goal.heading - start.heading), request)]), request
     refusal = ParameterError([])
     for poses, turns in ((arcs_to(start, goal), False), ([start, goal], True)):

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import atan2, hypot
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import LARGEST
 from mobile_robot_control.system.files import FileKind, read_bounded
@@ -264,7 +265,7 @@ def _entry(node: Any) -> dict[str, Any]:
         turn = [getattr(_parts(parts.pop('orientation', None)).get(name), 'value', '') for name in 'xyzw']
         if all(map(_is_number, turn)):
             x, y, z, w = map(float, turn)
-            found['heading'] = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+            found['heading'] = atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         parts.pop('header', None)
     for name, value in parts.items():
         if name not in _MEANINGS:
@@ -309,7 +310,7 @@ def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any
         x, y = float(fields['x']), float(fields['y'])
         limit, before, heading = fields.get('speed', ''), heading, _heading(fields)
         direction = _DIRECTIONS.get(str(fields.get('direction', '')).strip().lower(), 0)
-        if points and math.hypot(x - points[-1][0], y - points[-1][1]) < SAME:
+        if points and hypot(x - points[-1][0], y - points[-1][1]) < SAME:
             if before is not None and heading is not None:
                 turns[-1] += wrap_angle(heading - before)
             repeated += 1

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
+from mobile_robot_control.elementary import dist
 from mobile_robot_control.reference.path_shape import Point, control_points
 from mobile_robot_control.reference.polyline import point_after
 from mobile_robot_control.reference.stretches import PARTS, Stretch, is_fitted, points_of, polyline
@@ -33,7 +34,7 @@ class Way(NamedTuple):
     @property
     def length(self) -> float:
         """Of the polyline [m]."""
-        return sum(math.dist(*two) for two in pairwise(self.points))
+        return math.fsum(dist(*two) for two in pairwise(self.points))
 
 
 def way_of(stretch: Stretch) -> Way:
@@ -59,7 +60,7 @@ def way_of(stretch: Stretch) -> Way:
 def _fitted_way(stretch: Stretch) -> Way:
     control = [stretch.control[n % len(stretch.control)] for n in range(len(stretch.spans) + 1)]
     points = polyline(stretch.spans)
-    lengths = list(accumulate((math.dist(*two) for two in pairwise(points)), initial=0.0))[::PARTS]
+    lengths = list(accumulate((dist(*two) for two in pairwise(points)), initial=0.0))[::PARTS]
 
     def after(length: float) -> list[tuple[Point, int]]:
         return control[min(bisect_left(lengths, length), len(control) - 1):]

@@ -1,8 +1,8 @@
 """The reference cart's course: of its parameters, of messages, and where corrections place it."""
 
-import math
 from typing import TYPE_CHECKING
 
+from mobile_robot_control.elementary import hypot
 from mobile_robot_control.messages.parsing import RefusedMessageError
 from mobile_robot_control.quantities import NANOSECONDS, Pose, Reference
 from mobile_robot_control.reference.cart import with_period
@@ -151,7 +151,7 @@ class CartCourse:
         end = self._course.reference(self._course.period).pose
         if not self._leads_on:
             return 'standing'
-        near = math.hypot(robot.x - end.x, robot.y - end.y) <= self._cart.goal.position_tolerance
+        near = hypot(robot.x - end.x, robot.y - end.y) <= self._cart.goal.position_tolerance
         return 'arrived' if near else 'running'
 
     def left(self, time: int) -> tuple[Pose | None, float]:

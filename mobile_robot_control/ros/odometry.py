@@ -10,6 +10,7 @@ from rclpy.node import Node
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.control.compensation import NO_ODOMETRY, advanced, carried_forward, held_age, held_odometry
+from mobile_robot_control.elementary import hypot, sin_cos
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, period_nanoseconds
 from mobile_robot_control.ros.clock import SteadyClock
 from mobile_robot_control.ros.peers import PublisherWatch
@@ -107,7 +108,7 @@ def contradicts(stamp: int, pose: Pose, velocity: BodyVelocity, last: tuple[int,
     """
     dt = abs(stamp - last[0]) / 1e9
     before, twist = last[1], last[2]
-    moved = math.hypot(pose.x - before.x, pose.y - before.y)
+    moved = hypot(pose.x - before.x, pose.y - before.y)
     turned = abs(wrap_angle(pose.heading - before.heading))
     return (
         moved > _MARGIN * dt * max(abs(twist.linear), abs(velocity.linear)) + _POSITION
@@ -228,7 +229,7 @@ class OdomTwist:
             last, dt = taken[-1], max(0.0, time - taken[-1].time)
             stray = _stray(last, pose, velocity, dt)
             if self._has_jumped(stray, _unknown(last.twist, velocity, dt)):
-                self.jump = math.hypot(stray.x, stray.y), abs(stray.heading)
+                self.jump = hypot(stray.x, stray.y), abs(stray.heading)
             if time < last.time:
                 taken.clear()  # of another clock
         taken.append(_Sample(time, pose, velocity, stray, bool(self.jump)))
@@ -245,20 +246,20 @@ class OdomTwist:
     def _has_jumped(self, stray: Pose, unknown: tuple[float, float]) -> bool:
         """Return whether a pose strays from its twist more than the last second, and from all of its poses."""
         moved, turned = _STRAY.x + unknown[0], _STRAY.heading + unknown[1]
-        if math.hypot(stray.x, stray.y) <= moved and abs(stray.heading) <= turned:
+        if hypot(stray.x, stray.y) <= moved and abs(stray.heading) <= turned:
             return False
         # a twist that lies strays on and on, and noise again and again
         before = self._taken[-1].stray
-        ahead = (before.x * stray.x + before.y * stray.y) / (math.hypot(stray.x, stray.y) or 1.0)
+        ahead = (before.x * stray.x + before.y * stray.y) / (hypot(stray.x, stray.y) or 1.0)
         few = len(self._taken) < _FEW
         moved += _NOISE * max(ahead, _UNKNOWN if few else median(
-            math.hypot(one.stray.x, one.stray.y) for one in self._taken))
+            hypot(one.stray.x, one.stray.y) for one in self._taken))
         turned += _NOISE * max(math.copysign(before.heading, before.heading * stray.heading), _UNKNOWN if few else
                                median(abs(one.stray.heading) for one in self._taken))
         # poses that come more seldom than messages, or with uneven stamps, return to the way of the twist
         x, y, heading = stray
         for sample in reversed(self._taken):
-            if math.hypot(x, y) <= moved and abs(heading) <= turned:
+            if hypot(x, y) <= moved and abs(heading) <= turned:
                 return False
             if sample.jumped:
                 break
@@ -309,7 +310,8 @@ def _stray(last: _Sample, pose: Pose, velocity: BodyVelocity, dt: float) -> Pose
     """Return the step to a pose, less that of the mean twist over a time [s] along the middle of its arc."""
     turn = 0.5 * (last.twist.angular + velocity.angular) * dt
     way, along = 0.5 * (last.twist.linear + velocity.linear) * dt, last.pose.heading + 0.5 * turn
-    return Pose(pose.x - last.pose.x - way * math.cos(along), pose.y - last.pose.y - way * math.sin(along),
+    sine, cosine = sin_cos(along)
+    return Pose(pose.x - last.pose.x - way * cosine, pose.y - last.pose.y - way * sine,
                 wrap_angle(pose.heading - last.pose.heading - turn))
 
 
@@ -324,5 +326,5 @@ def _unknown(before: BodyVelocity, after: BodyVelocity, dt: float) -> tuple[floa
 def _motion(before: Pose, after: Pose) -> tuple[float, float]:
     """Return the distance moved along the heading [m], and the turn [rad]."""
     turned = wrap_angle(after.heading - before.heading)
-    middle = before.heading + 0.5 * turned
-    return (after.x - before.x) * math.cos(middle) + (after.y - before.y) * math.sin(middle), turned
+    sine, cosine = sin_cos(before.heading + 0.5 * turned)
+    return (after.x - before.x) * cosine + (after.y - before.y) * sine, turned

@@ -16,6 +16,7 @@ from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.laws import PositionControl
 from mobile_robot_control.control.limits import TrackingLimit, limit_command
 from mobile_robot_control.control.tracking_error import distance
+from mobile_robot_control.elementary import hypot
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation, Pose, Reference, TrackingError
 from mobile_robot_control.reference.localisation import apart, composed
 from mobile_robot_control.ros.diagnostics import Condition
@@ -120,7 +121,7 @@ class LawRunner:
 
 def tell_far_start(node: Node, pose: Pose, cart: Pose, speed: float = 0.0) -> None:
     """Log a start far from the cart, which the robot approaches at a speed [m/s], or does not."""
-    apart = math.hypot(cart.x - pose.x, cart.y - pose.y)
+    apart = hypot(cart.x - pose.x, cart.y - pose.y)
     if apart <= _FAR:
         return
     where = (f'the run starts {apart:.2f} m from the cart: the robot is at ({pose.x:.2f}, {pose.y:.2f}) m, the cart at '
@@ -280,7 +281,7 @@ class RobotGuard:
 
     def check_start(self, values: PositionControllerParameters, pose: Pose, reference: Reference) -> None:
         """Log a start far from the cart, to which the robot sets out."""
-        if not _is_far(math.hypot(reference.pose.x - pose.x, reference.pose.y - pose.y), values):
+        if not _is_far(hypot(reference.pose.x - pose.x, reference.pose.y - pose.y), values):
             tell_far_start(self._node, pose, reference.pose, self.approach_speed(values, reference))
 
     def rest(self) -> None:

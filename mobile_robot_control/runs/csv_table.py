@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TextIO
 
 from mobile_robot_control.control.tracking_error import tracking_error
+from mobile_robot_control.elementary import atan2, sin_cos
 from mobile_robot_control.loop.closed_loop import PositionTick, Sample
 from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.quantities import (
@@ -46,7 +47,7 @@ _TORQUES = slice(CSV_COLUMNS.index(f'joint_states.effort.{WHEEL_JOINTS[0]}'), CS
 
 def _odometry(pose: Pose, velocity: BodyVelocity) -> tuple[float, ...]:
     """Return the columns of an odometry message."""
-    return (pose.x, pose.y, math.sin(0.5 * pose.heading), math.cos(0.5 * pose.heading), *velocity)
+    return (pose.x, pose.y, *sin_cos(0.5 * pose.heading), *velocity)
 
 
 def row_from_sample(sample: Sample) -> tuple[float, ...]:
@@ -95,7 +96,7 @@ def _read_odometry(values: Sequence[float]) -> tuple[Pose, BodyVelocity]:
     """Return pose and velocity from the columns of an odometry message."""
     x, y, sine, cosine, linear, angular = values
     # twice the half angle, wrapped as in the reading of odometry messages
-    return Pose(x, y, math.atan2(2.0 * sine * cosine, cosine * cosine - sine * sine)), BodyVelocity(linear, angular)
+    return Pose(x, y, atan2(2.0 * sine * cosine, cosine * cosine - sine * sine)), BodyVelocity(linear, angular)
 
 
 def sample_from_row(values: Sequence[float]) -> Sample:

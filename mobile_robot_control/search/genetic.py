@@ -15,7 +15,7 @@ LOWEST_POINT = 1.0 / 2**BITS
 Bits = NDArray[np.bool_]
 Points = NDArray[np.float64]
 
-_WEIGHTS = 2.0 ** -np.arange(1, BITS + 1)
+_WEIGHTS = np.ldexp(1.0, -np.arange(1, BITS + 1))
 
 
 def points(bits: Bits) -> Points:

@@ -6,6 +6,7 @@ from typing import Annotated, Any, NamedTuple
 
 from mobile_robot_control.analysis.modelled import drive_of
 from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.loop.monte_carlo import LARGEST_SEED, ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.scenarios import Scenario, check_laps, configured_scenario, scenario_grid
 from mobile_robot_control.loop.workers import Workers
@@ -156,8 +157,8 @@ class Search:
         curves = {f"source of the curve '{one.curve}'": CURVES.checksum(one.curve)
                   for one in goal.scenarios if one.curve != PATH}
         waypoints = {'waypoints': sha256(repr(path.waypoints[:2]).encode()).hexdigest()[:16]} if path else {}
-        return {'version': __version__, **kept, **wanted, **loop, f"source of the law '{law}'": LAWS.checksum(law),
-                **curves, **waypoints}
+        return {'version': __version__, 'arithmetic': ARITHMETIC, **kept, **wanted, **loop,
+                f"source of the law '{law}'": LAWS.checksum(law), **curves, **waypoints}
 
     def tuned(self, gains: Gains) -> Configuration:
         """Return the loop with other gains, checked as a whole."""

@@ -1,42 +1,17 @@
 """A search with any of the algorithms: limits, journal, history and progress."""
 
+import math
 import time
 from collections.abc import Callable
-from inspect import signature
 from typing import NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.search import genetic
-from mobile_robot_control.search.genetic import LOWEST_POINT, Points, Score, Scores
+from mobile_robot_control.search import differential_evolution, genetic
+from mobile_robot_control.search.genetic import Points, Score, Scores
 from mobile_robot_control.search.journal import Journal
 
-_ENDLESS = 10**9
-
-
-def _differential_evolution(score: Score, genes: int, population: int, seed: int) -> None:
-    """Search by SciPy's differential evolution, generation by generation, with the arguments of `genetic.search`."""
-    # slow to import, and unused by the genetic algorithm
-    from scipy.optimize import differential_evolution  # noqa: PLC0415
-
-    def columns(points: Points) -> Scores:
-        return score(np.ascontiguousarray(points.T))
-
-    rng = np.random.default_rng(seed)
-    # its name in SciPy 1.15 and newer, and before
-    random = {'rng' if 'rng' in signature(differential_evolution).parameters else 'seed': rng}
-    start = LOWEST_POINT + (1.0 - LOWEST_POINT) * rng.random((population, genes))
-    try:
-        differential_evolution(
-            columns, [(LOWEST_POINT, 1.0)] * genes, init=start, maxiter=_ENDLESS, tol=0.0, polish=False,
-            updating='deferred', vectorized=True, **random,
-        )
-    except RuntimeError as error:
-        # SciPy wraps a ValueError raised by `score`
-        raise error.__cause__ or error from None
-
-
-ALGORITHMS = {'genetic': genetic.search, 'differential_evolution': _differential_evolution}
+ALGORITHMS = {'genetic': genetic.search, 'differential_evolution': differential_evolution.search}
 
 WORST = 1e9
 """The score of an individual without a finite score."""
@@ -163,7 +138,7 @@ def run_search(
         if scores[first] < best[0]:
             best = float(scores[first]), points[first].copy()
         good = scores[scores < WORST]
-        mean = float(good.mean()) if len(good) else float('nan')
+        mean = math.fsum(good.tolist()) / len(good) if len(good) else math.nan
         history.append(Generation(len(history) + 1, best[0], mean, len(scores) - len(good)))
         progress(history[-1])
         return scores

@@ -9,6 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.system.texts import printable
@@ -67,7 +68,8 @@ def call_text(function: str, *positional: object, **keywords: object) -> str:
 def versions() -> dict[str, str | None]:
     """Return the versions of this package and of those that its numbers depend on; None for missing ones."""
     return {
-        'mobile_robot_control': __version__, 'commit': _commit(), 'python': platform.python_version(),
+        'mobile_robot_control': __version__, 'arithmetic': str(ARITHMETIC), 'commit': _commit(),
+        'python': platform.python_version(),
         'numpy': _installed('numpy'), 'numba': _installed('numba'),
         'ros': os.environ.get('ROS_DISTRO'), 'rclpy': _installed('rclpy'),
     }

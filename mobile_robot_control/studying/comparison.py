@@ -103,7 +103,7 @@ def mean_interval(values: Sequence[float], confidence: float) -> tuple[float, fl
     if n < 2:
         return -math.inf, math.inf
     mean = math.fsum(values) / n
-    variance = math.fsum((value - mean) ** 2 for value in values) / (n - 1)
+    variance = math.fsum((value - mean) * (value - mean) for value in values) / (n - 1)
     half = student_quantile(confidence, n - 1) * math.sqrt(variance / n) if variance else 0.0
     return mean - half, mean + half
 

@@ -3,6 +3,7 @@
 import math
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from operator import mul
 from os import PathLike, fspath
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -10,7 +11,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from mobile_robot_control.analysis.promises import Promise, brief_lines, promise, promise_values
-from mobile_robot_control.figures.figure import Floats
+from mobile_robot_control.elementary import normal
 from mobile_robot_control.identification.result import read_estimates
 from mobile_robot_control.loop.indices import TRUE
 from mobile_robot_control.loop.metric_table import BAND
@@ -39,6 +40,8 @@ from mobile_robot_control.studying.failures import failure_texts, failure_values
 from mobile_robot_control.system.texts import as_lines, printable
 
 _TRIES = 100
+_LEFT = 1e-12
+"""Share of a variance below which its estimate follows from those before it."""
 _STREAM = 1
 """Stream of random numbers apart from that of the scenarios, which so stay the same."""
 
@@ -57,12 +60,12 @@ def draw_robots(
     ParameterError
         If the file has no estimates, the plant has none of its parameters, or no drawn robot is within the bounds.
     """
-    names, values, covariance, _ = read_estimates(file)
-    spread, directions = np.linalg.eigh(covariance)
-    factor = directions * np.sqrt(np.maximum(spread, 0.0))
+    names, estimates, covariance, _ = read_estimates(file)
+    values = estimates.tolist()
+    factor = _factor(covariance.tolist())
 
-    def named(drawn: Floats) -> tuple[tuple[str, float], ...]:
-        return tuple(zip(names, drawn.tolist(), strict=True))
+    def named(drawn: Sequence[float]) -> tuple[tuple[str, float], ...]:
+        return tuple(zip(names, drawn, strict=True))
 
     try:
         with_robot(configuration, named(values))
@@ -72,7 +75,8 @@ def draw_robots(
     random = np.random.default_rng((seed, _STREAM))
     for _ in range(count):
         for _ in range(_TRIES):
-            robot = named(values + factor @ random.standard_normal(values.size))
+            drawn = [normal(1.0 - first, second) for first, second in random.random((len(values), 2)).tolist()]
+            robot = named([value + math.fsum(map(mul, row, drawn)) for value, row in zip(values, factor, strict=True)])
             try:
                 with_robot(configuration, robot)
             except ParameterError as error:
@@ -83,6 +87,19 @@ def draw_robots(
         else:
             raise ParameterError([f'--robot-uncertainty {file}: of {_TRIES} drawn robots none is within '
                                   f'the bounds of the plant: {reason}'])
+
+
+def _factor(covariance: list[list[float]]) -> list[list[float]]:
+    """Return the rows of L, with L Lᵀ the covariance (Cholesky); zeros where nothing is left of a variance."""
+    rows: list[list[float]] = []
+    for n, given in enumerate(covariance):
+        row: list[float] = []
+        for m, other in enumerate(rows):
+            left = given[m] - math.fsum(map(mul, row, other))
+            row.append(left / other[m] if other[m] > 0.0 else 0.0)
+        left = given[n] - math.fsum(one * one for one in row)
+        rows.append([*row, math.sqrt(left) if left > _LEFT * given[n] else 0.0])
+    return rows
 
 
 class Compared(NamedTuple):

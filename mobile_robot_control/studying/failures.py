@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary import exp, hypot, log
 from mobile_robot_control.loop.monte_carlo import CONFIDENCE, Judged
 from mobile_robot_control.loop.scenarios import Scenario
 from mobile_robot_control.quantities import Pose
@@ -42,7 +43,7 @@ class Quantity(NamedTuple):
 QUANTITIES: dict[str, Quantity] = {
     'curve': Quantity('curve', '', lambda one: one.curve),
     'scale': Quantity('scale', 'm', lambda one: one.scale),
-    'start_distance': Quantity('start distance', 'm', lambda one: math.hypot(*(one.start or _AT_START)[:2])),
+    'start_distance': Quantity('start distance', 'm', lambda one: hypot(*(one.start or _AT_START)[:2])),
     'start_heading_error': Quantity('start heading error', 'rad',
                                     lambda one: abs(wrap_angle((one.start or _AT_START).heading))),
     'mass_factor': Quantity('mass factor', '', lambda one: one.mass),
@@ -140,7 +141,7 @@ def best_split(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> Split
                 log_chance = log_hypergeometric_tail(there, drawn, failures, runs)
                 if log_chance < found.chance:
                     found = Split(name, side, value, (there, drawn), (failures - there, runs - drawn), log_chance)
-    chance = math.exp(min(0.0, found.chance + math.log(tried))) if tried else 1.0
+    chance = exp(min(0.0, found.chance + log(tried))) if tried else 1.0
     return found._replace(chance=chance) if chance <= 1.0 - CONFIDENCE else None
 
 

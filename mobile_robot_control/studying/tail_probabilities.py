@@ -3,6 +3,8 @@
 import math
 from functools import lru_cache
 
+from mobile_robot_control.elementary import exp, lgamma, log, log1p
+
 _MOST_TERMS = 100_000
 _TINY = 1e-300
 _EPSILON = 1e-16
@@ -40,8 +42,8 @@ def incomplete_beta(a: float, b: float, x: float) -> float:
     # the fraction converges fast only on this side of the mean
     if x > (a + 1.0) / (a + b + 2.0):
         return 1.0 - incomplete_beta(b, a, 1.0 - x)
-    front = math.lgamma(a + b) - math.lgamma(a) - math.lgamma(b) + a * math.log(x) + b * math.log1p(-x)
-    return math.exp(front) * _continued_fraction(a, b, x) / a
+    front = lgamma(a + b) - lgamma(a) - lgamma(b) + a * log(x) + b * log1p(-x)
+    return exp(front) * _continued_fraction(a, b, x) / a
 
 
 def beta_quantile(a: float, b: float, probability: float) -> float:
@@ -87,7 +89,7 @@ def binomial_interval(successes: int, trials: int, confidence: float) -> tuple[f
 
 
 def _log_binomial(n: int, k: int) -> float:
-    return math.lgamma(n + 1) - math.lgamma(k + 1) - math.lgamma(n - k + 1)
+    return lgamma(n + 1) - lgamma(k + 1) - lgamma(n - k + 1)
 
 
 def log_hypergeometric_tail(found: int, drawn: int, marked: int, total: int) -> float:
@@ -105,7 +107,7 @@ def log_hypergeometric_tail(found: int, drawn: int, marked: int, total: int) -> 
 
     Examples
     --------
-    >>> round(math.exp(log_hypergeometric_tail(3, 3, 4, 8)), 12) == round(4 / 56, 12)
+    >>> round(exp(log_hypergeometric_tail(3, 3, 4, 8)), 12) == round(4 / 56, 12)
     True
 
     """
@@ -117,4 +119,4 @@ def log_hypergeometric_tail(found: int, drawn: int, marked: int, total: int) -> 
         summed += ratio
         if ratio < _EPSILON * summed:
             break
-    return first + math.log(summed)
+    return first + log(summed)

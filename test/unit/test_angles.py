@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mobile_robot_control.angles import direction, wrap_angle
+from mobile_robot_control.angles import wrap_angle
 
 
 @pytest.mark.parametrize(('angle', 'wrapped'), [
@@ -38,10 +38,5 @@ def test_wrapping_leads_into_the_interval_however_large_is_idempotent_and_keeps_
 
 
 @pytest.mark.parametrize('angle', [math.inf, -math.inf, math.nan])
-def test_nonfinite_angles_have_neither_a_wrapped_value_nor_a_direction(angle):
-    assert all(map(math.isnan, (wrap_angle(angle), *direction(angle))))
-
-
-@pytest.mark.parametrize('angle', [0.0, 1.0, -3.0, 1e300])
-def test_a_direction_is_cosine_and_sine(angle):
-    assert direction(angle) == (math.cos(angle), math.sin(angle))
+def test_nonfinite_angles_have_no_wrapped_value(angle):
+    assert math.isnan(wrap_angle(angle))

@@ -1,10 +1,10 @@
 """A low-pass filter between position controller and velocity controller."""
 
-import math
 import sys
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control import BodyVelocity, Field
+from mobile_robot_control.elementary import expm1
 from mobile_robot_control.ros.own_node import OwnNode, run
 
 
@@ -18,7 +18,7 @@ class Parameters(NamedTuple):
 def step(before, inputs, parameters, dt):
     """Return the filtered command, as the next state and as the output."""
     asked = inputs['cmd_vel_raw']
-    share = 1.0 - math.exp(-dt / parameters.time_constant)
+    share = -expm1(-dt / parameters.time_constant)
     command = BodyVelocity(*(old + share * (new - old) for old, new in zip(before, asked, strict=True)))
     return command, {'cmd_vel': command}
 

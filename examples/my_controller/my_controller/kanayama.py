@@ -1,9 +1,9 @@
 """The tracking law of Kanayama et al., as a law of one's own for mobile_robot_control."""
 
-import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control import BodyVelocity, Field, Law, NoState, Observation, jitable
+from mobile_robot_control.elementary import sin_cos
 
 
 class KanayamaGains(NamedTuple):
@@ -34,11 +34,12 @@ def step(state: NoState, observation: Observation, gains: KanayamaGains, dt: flo
     """
     e1, e2, e3 = observation.error
     v_r, omega_r = observation.reference.velocity
+    sine, cosine = sin_cos(e3)
     return state, BodyVelocity(
         # v = v_r cos e3 + kx e1
-        v_r * math.cos(e3) + gains.kx * e1,
+        v_r * cosine + gains.kx * e1,
         # ω = ω_r + v_r (ky e2 + kθ sin e3)
-        omega_r + v_r * (gains.ky * e2 + gains.ktheta * math.sin(e3)),
+        omega_r + v_r * (gains.ky * e2 + gains.ktheta * sine),
     )
 
 

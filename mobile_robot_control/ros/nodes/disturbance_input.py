@@ -2,6 +2,7 @@
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
+import math
 from functools import partial
 from typing import Any
 
@@ -103,7 +104,7 @@ class DisturbanceInput:
         pushes = [self.waiting.pop(step) for step in sorted(self.waiting) if step <= k]
         if not pushes:
             return None
-        push = Push(sum(one.force for one in pushes), sum(one.torque for one in pushes))
+        push = Push(math.fsum(one.force for one in pushes), math.fsum(one.torque for one in pushes))
         self._events.publish(stamp, {DISTURBANCE: push})
         return push
 

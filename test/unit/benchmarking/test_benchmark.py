@@ -196,6 +196,19 @@ def test_what_a_folder_holds_is_kept_unless_asked(track, tmp_path, capsys):
     assert len(read(out)[1]) == 2
 
 
+def test_cells_of_another_arithmetic_are_refused_by_name(track, tmp_path, capsys):
+    out, words = tmp_path / 'out', ['--no-tune', '--laws', 'ramsete']
+    assert run(track, out, *words) == 0
+    cell, = (out / 'cells').iterdir()
+    content = json.loads(cell.read_text())
+    # one from before there was a number
+    del content['arithmetic']
+    cell.rename(cell.with_name('ramsete.track.1.0123456789ab.json')).write_text(json.dumps(content))
+    assert run(track, out, *words, '--resume') == 2
+    assert '0123456789ab.json: was computed with arithmetic 1, and this program has 2' in capsys.readouterr().err
+    assert run(track, out, *words, '--overwrite') == 0
+
+
 def test_a_longer_search_begins_with_the_shorter_one(track, tmp_path):
     found = {}
     for budgets in ((), (50,)):

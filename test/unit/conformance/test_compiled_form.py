@@ -8,12 +8,20 @@ from functools import partial
 from pathlib import Path
 from random import Random
 
+import numpy as np
 import pytest
 from helpers import broken_laws
+from helpers.outside_laws import OF_THE_LIBRARY, OUTSIDE, of_the_library
 
 from mobile_robot_control import BodyVelocity, Law
 from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutError, holding
-from mobile_robot_control.conformance.compiled_form import DIFFERENT, UNCOMPILED, compiled_equals_plain, suspects
+from mobile_robot_control.conformance.compiled_form import (
+    DIFFERENT,
+    UNCOMPILED,
+    compiled_equals_plain,
+    same_bits_elsewhere,
+    suspects,
+)
 from mobile_robot_control.conformance.sampling import bits_of
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
 
@@ -157,6 +165,29 @@ def test_safe_expressions_are_compiled_to_the_last_bit(expressions):
         x = draws.choice((x, 1e-3 * x, math.pi, -0.0))
         for n, (plain, other) in enumerate(zip(expressions(x, y), compiled(x, y), strict=True)):
             assert bits_of(float(plain)) == bits_of(float(other)), (n, x, y)
+
+
+def matrix_step(state, observation, gains, dt):
+    return state, BodyVelocity(float(np.dot(observation.error, observation.error)), np.sin(dt) + 2.0**-3)
+
+
+def test_what_depends_on_the_machine_is_warned_of_by_line():
+    with pytest.warns(ConformanceWarning, match='the last bits of .* depend on the machine') as caught:
+        assert list(same_bits_elsewhere(OF_THE_LIBRARY)) == []
+    line = of_the_library.__code__.co_firstlineno + 5
+    assert caught[0].lineno == line
+    assert f':{line}: math.sin(e3) (write sin of mobile_robot_control.elementary instead)' in str(caught[0].message)
+    with pytest.warns(ConformanceWarning, match=r'np\.dot\(.*\) \(write sums in order instead\)') as caught:
+        assert list(same_bits_elsewhere(Law('matrix', matrix_step, broken_laws.Gains))) == []
+    assert '2.0' not in str(caught[0].message)
+
+
+@pytest.mark.parametrize('law', [*OUTSIDE, *BUILT_IN], ids=lambda law: law.name)
+def test_laws_of_the_elementary_functions_do_not(law):
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        assert list(same_bits_elsewhere(law)) == []
+    assert suspects(law.step) == []
 
 
 def _row(first):

@@ -18,7 +18,7 @@ from mobile_robot_control.quantities import Pose
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import measure
 from mobile_robot_control.search import command as tune
-from mobile_robot_control.search import result
+from mobile_robot_control.search import request, result
 from mobile_robot_control.search.journal import Journal
 from mobile_robot_control.search.page import write_search_page
 from mobile_robot_control.search.request import Search, SearchRequest
@@ -132,7 +132,7 @@ def test_the_same_seed_gives_the_same_files_for_any_number_of_workers(tmp_path):
     assert (tmp_path / '1' / 'x.csv').read_bytes() == (tmp_path / '2' / 'x.csv').read_bytes()
 
 
-def test_a_search_with_smoothness_names_its_weight_and_is_resumed_with_no_other(tmp_path, capsys):
+def test_a_search_with_smoothness_or_another_arithmetic_is_resumed_with_no_other(tmp_path, capsys, monkeypatch):
     for name, more in (('plain', []), ('zero', ['--smooth', 0]), ('smooth', ['--smooth', 0.5])):
         assert run(tmp_path / f'{name}.yaml', 2, *more) == 0
     assert 'variation' not in (tmp_path / 'zero.yaml').read_text()
@@ -145,6 +145,9 @@ def test_a_search_with_smoothness_names_its_weight_and_is_resumed_with_no_other(
     for more, now in ((['--smooth', 0.25], '0.25'), ([], 'None')):
         assert run(output, 9, '--resume', *more) == 2
         assert f'was begun with smooth = 0.5, and now it is {now}' in capsys.readouterr().err
+    monkeypatch.setattr(request, 'ARITHMETIC', 3)
+    assert run(output, 9, '--resume', '--smooth', 0.5) == 2
+    assert 'was begun with arithmetic = 2, and now it is 3' in capsys.readouterr().err
 
 
 def test_scenario_options_can_be_combined(tmp_path):

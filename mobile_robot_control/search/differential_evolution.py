@@ -1,0 +1,44 @@
+"""Differential evolution (Storn and Price, 1997): the best point and differences of others make new ones."""
+
+import numpy as np
+
+from mobile_robot_control.search.genetic import LOWEST_POINT, Score
+
+_CROSSOVER = 0.7
+"""Probability that a coordinate comes from the new point."""
+_LEAST_FACTOR = 0.5
+"""Smallest factor of a difference; the largest is 1, and a generation has one of its own."""
+
+
+def search(score: Score, genes: int, population: int, seed: int) -> None:
+    """
+    Search the unit cube until `score` ends the search, by the strategy best/1/bin.
+
+    Arguments as of `genetic.search`, with at least three individuals.
+
+    References
+    ----------
+    .. [1] R. Storn and K. Price, "Differential evolution: a simple and efficient heuristic for global optimization
+       over continuous spaces", Journal of Global Optimization 11, 1997, pp. 341-359.
+
+    """
+    rng = np.random.default_rng(seed)
+    width, rows = 1.0 - LOWEST_POINT, np.arange(population)
+    points = LOWEST_POINT + width * rng.random((population, genes))
+    scores = score(points)
+    while True:
+        factor = _LEAST_FACTOR + (1.0 - _LEAST_FACTOR) * rng.random()
+        # two others of each point, unlike one another
+        first = rng.integers(1, population, size=population)
+        second = rng.integers(1, population - 1, size=population)
+        second += second >= first
+        first, second = (rows + first) % population, (rows + second) % population
+        made = points[np.argmin(scores)] + factor * (points[first] - points[second])
+        crossed = rng.random((population, genes)) < _CROSSOVER
+        crossed[rows, rng.integers(genes, size=population)] = True
+        made = np.where(crossed, made, points)
+        # beyond the cube, anywhere within it
+        made = np.where((made < LOWEST_POINT) | (made > 1.0), LOWEST_POINT + width * rng.random(made.shape), made)
+        found = score(made)
+        better = found <= scores
+        points, scores = np.where(better[:, None], made, points), np.where(better, found, scores)
