@@ -68,7 +68,7 @@ setup(
             # of the notebook in examples
             'ipykernel',
             'mcap-ros2-support',
-            # of elementary functions, in 300 bits
+            # what elementary functions are compared with
             'mpmath',
             'mypy',
             'nbclient',

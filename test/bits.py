@@ -53,7 +53,7 @@ CURVES = ('trifolium', 'lemniscate', 'circle', 'lissajous', 'sinusoid', 'rounded
 SECONDS = 3.0
 
 WITHOUT_FMA = {'GLIBC_TUNABLES': 'glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F,-AVX', 'NUMBA_CPU_NAME': 'generic',
-         'NUMBA_CPU_FEATURES': '', 'NPY_DISABLE_CPU_FEATURES': 'AVX2 FMA3 AVX512F AVX512CD AVX512_SKX'}
+               'NUMBA_CPU_FEATURES': '', 'NPY_DISABLE_CPU_FEATURES': 'AVX2 FMA3 AVX512F AVX512CD AVX512_SKX'}
 """An environment of a processor without FMA and AVX."""
 
 

@@ -12,7 +12,7 @@ _FAR = 1e6
 _FARTHEST = 1e15
 _TURN = 2.0 * math.pi
 _PER_RIGHT_ANGLE = 2.0 / math.pi
-# π/2 in parts of 33 bits; each `_REST` is that which the parts before it leave
+# π/2 in parts of 33 bits, and the rest after each
 _RIGHT_ANGLE_1, _REST_1 = 1.57079632673412561417e+00, 6.07710050650619224932e-11
 _RIGHT_ANGLE_2, _REST_2 = 6.07710050630396597660e-11, 2.02226624879595063154e-21
 _RIGHT_ANGLE_3, _REST_3 = 2.02226624871116645580e-21, 8.47842766036889956997e-32
@@ -24,7 +24,7 @@ _NEAR_1, _NEAR_2 = 2.0**-9, 2.0**-30
 def folded(x: float) -> float:
     """Return an angle [rad] less whole turns, to its rounding; 0 beyond 1e15, nan if it is not finite."""
     if not abs(x) <= _FARTHEST:
-        # the spacing of such numbers is larger than any angle that they could tell
+        # such numbers are too far apart to name an angle
         return 0.0 * x
     return x - ((x / _TURN + SHIFT) - SHIFT) * _TURN
 
@@ -187,7 +187,7 @@ def atan2(y: float, x: float) -> float:
     if a == 0.0:
         return math.copysign(math.pi if behind else 0.0, y)
     if a == b:
-        # infinities, too
+        # two infinities, too
         a = b = 1.0
     if b <= a * 2.0**-66:
         return math.copysign(0.5 * math.pi, y)

@@ -16,7 +16,7 @@ _ENDLESS = 1e20
 
 @jitable
 def _exp(x: float, low: float) -> tuple[float, float, int]:
-    """Return e^x - 1 of a pair as a pair, x less k ln 2, and k."""
+    """Return e^r - 1 as a pair, and k, for the remainder r of the pair (x, low) less k ln 2."""
     n = (x * 1.44269504088896338700 + SHIFT) - SHIFT
     high = x - n * _LN2
     low = n * _LN2_LOW - low
@@ -31,6 +31,7 @@ def _exp(x: float, low: float) -> tuple[float, float, int]:
 
 @jitable
 def _exp_of(x: float, low: float) -> float:
+    """Return e to the power of a pair."""
     if x > _LARGEST:
         return math.inf
     if not x >= _SMALLEST:

@@ -8,7 +8,6 @@ _SPLIT = 134217729.0
 """2²⁷ + 1: splits a number into halves of 26 bits."""
 
 
-
 @jitable
 def product(a: float, b: float) -> tuple[float, float]:
     """Return a product and its rounding error, exact (Dekker, 1971)."""

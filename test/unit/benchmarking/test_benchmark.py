@@ -15,7 +15,6 @@ import pytest
 
 import mobile_robot_control as mrc
 from mobile_robot_control.benchmarking import command as benchmark
-from mobile_robot_control.benchmarking import command as benchmark_files
 from mobile_robot_control.benchmarking import side_by_side
 from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, is_first, law_summaries
 from mobile_robot_control.control.laws import LAWS
@@ -233,11 +232,11 @@ def test_an_interrupted_benchmark_goes_on_to_the_same_hash(track, tmp_path, monk
     laws = ['--laws', 'kanayama', 'ramsete', '--budgets', '50']
     assert run(track, tmp_path / 'whole', *laws) == 0
     for generations in (1, 3):
-        monkeypatch.setattr(benchmark_files, 'Interrupt', lambda generations=generations: _Stopped(generations))
+        monkeypatch.setattr(benchmark, 'Interrupt', lambda generations=generations: _Stopped(generations))
         assert run(track, tmp_path / 'stopped', *laws, '--resume') == 1
         assert '--resume goes on' in capsys.readouterr().err
         assert not (tmp_path / 'stopped' / 'benchmark.json').exists()
-    monkeypatch.setattr(benchmark_files, 'Interrupt', Interrupt)
+    monkeypatch.setattr(benchmark, 'Interrupt', Interrupt)
     assert run(track, tmp_path / 'stopped', *laws, '--resume') == 0
     assert hash_of(tmp_path / 'stopped') == hash_of(tmp_path / 'whole')
 
@@ -249,11 +248,11 @@ def test_two_processes_give_the_hash_of_one_also_where_a_law_came_by_hand_and_af
     laws = ['--laws', 'kanayama', 'by_hand', 'ramsete']
     assert run(track, tmp_path / 'one', *laws) == 0
     ends = []
-    monkeypatch.setattr(benchmark_files, 'tqdm', lambda total, **_: ends.append([total, 0]) or _Bar(ends[-1]))
-    monkeypatch.setattr(benchmark_files, 'Interrupt', lambda: _Stopped(0))
+    monkeypatch.setattr(benchmark, 'tqdm', lambda total, **_: ends.append([total, 0]) or _Bar(ends[-1]))
+    monkeypatch.setattr(benchmark, 'Interrupt', lambda: _Stopped(0))
     assert run(track, tmp_path / 'two', *laws, '--workers', 2) == 1
     assert 'after 0 of 3 cells' in capsys.readouterr().err
-    monkeypatch.setattr(benchmark_files, 'Interrupt', Interrupt)
+    monkeypatch.setattr(benchmark, 'Interrupt', Interrupt)
     assert run(track, tmp_path / 'two', *laws, '--workers', 2, '--resume') == 0
     assert ends[-1][0] == ends[-1][1]
     assert multiprocessing.active_children() == []
