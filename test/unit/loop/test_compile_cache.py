@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.angles import wrap_angle
+from mobile_robot_control.elementary.circular import folded
 from mobile_robot_control.jit import BEGUN
 from mobile_robot_control.loop import compile_cache
 
@@ -27,18 +27,18 @@ def home(monkeypatch, tmp_path):
 def _hits(function, *of):
     """Compile a function, and call it; return how many of its forms came from disk."""
     dispatcher = compile_cache.kept(numba.njit(function), *of or [function])
-    assert dispatcher(4.0) == wrap_angle(4.0)
+    assert dispatcher(4.0) == folded(4.0)
     return sum(dispatcher.stats.cache_hits.values())
 
 
 def test_a_function_of_the_package_is_kept_and_another_or_a_damaged_one_is_compiled(home):
-    assert [_hits(wrap_angle), _hits(wrap_angle)] == [0, 1]
+    assert [_hits(folded), _hits(folded)] == [0, 1]
     for foreign in (_hits, object()):
-        assert [_hits(wrap_angle, foreign), _hits(wrap_angle, foreign)] == [0, 0]
+        assert [_hits(folded, foreign), _hits(folded, foreign)] == [0, 0]
     for damage in (b'', b'nonsense'):
         for file in home.rglob('*.nb*'):
             file.write_bytes(damage)
-        assert [_hits(wrap_angle), _hits(wrap_angle)] == [0, 1]
+        assert [_hits(folded), _hits(folded)] == [0, 1]
 
 
 def _linked(home):
@@ -68,12 +68,12 @@ def test_where_others_could_write_it_is_compiled_which_is_told_once(tmp_path, mo
         patch.chdir(place)
         patch.setattr(numba.config, 'CACHE_DIR', str(place))
         compile_cache.folder.cache_clear()
-        assert [_hits(wrap_angle), _hits(wrap_angle)] == [0, 1]
+        assert [_hits(folded), _hits(folded)] == [0, 1]
         home = place / 'mobile_robot_control'
         assert stat.S_IMODE(home.stat().st_mode) == 0o700
         change(home, patch)
         compile_cache.folder.cache_clear()
-        assert [_hits(wrap_angle), _hits(wrap_angle)] == [0, 0]
+        assert [_hits(folded), _hits(folded)] == [0, 0]
     printed = capsys.readouterr().err
     assert printed.count('\n') == 1
     assert told in printed
@@ -107,6 +107,6 @@ def test_what_was_not_used_for_a_month_is_removed(home):
         (home / name / 'lock').touch()
         os.utime(home / name / 'lock', (BEGUN - age * 86400.0,) * 2)
     compile_cache.forget_old.cache_clear()
-    assert _hits(wrap_angle) == 0
+    assert _hits(folded) == 0
     assert not (home / 'old').exists()
     assert (home / 'newer').exists()
