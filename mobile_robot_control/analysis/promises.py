@@ -14,6 +14,7 @@ from mobile_robot_control.analysis.margins import (
     loop_margins,
 )
 from mobile_robot_control.analysis.modelled import Described, describe_model, drive_of
+from mobile_robot_control.loop.monte_carlo import Scenarios
 from mobile_robot_control.loop.scenarios import Scenario
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.settings.nodes import Configuration, counted_twice
@@ -70,7 +71,7 @@ def promise(configuration: Configuration, scenarios: Sequence[Scenario]) -> Prom
 
 def describe_scenarios(configuration: Configuration, scenarios: Sequence[Scenario]) -> Described:
     """Return the modelled effects of a checked configuration in scenarios, which set delay and noise themselves."""
-    delays = sorted({one.delay for one in scenarios})
+    delays = sorted(set(Scenarios.of(scenarios).delay.tolist()))
     span = f'{delays[0]} to {delays[-1]}' if len(delays) > 1 else f'{delays[0]}'
     times = [f'{span} velocity periods'] if delays[-1] else []
     moved, base = 'motors', configuration.plant.model.base

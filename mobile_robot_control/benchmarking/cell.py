@@ -9,12 +9,14 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from mobile_robot_control.analysis.modelled import drive_of
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
 from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.elementary import ARITHMETIC
-from mobile_robot_control.loop.monte_carlo import Judged, ScenarioDistribution, draw_scenarios, judge
+from mobile_robot_control.loop.monte_carlo import JudgedRuns, ScenarioDistribution, draw_scenarios, judge
 from mobile_robot_control.loop.scenarios import Scenario, configured_scenario, scenario_trial
 from mobile_robot_control.loop.trial import Trial
 from mobile_robot_control.loop.workers import TrialRunner
@@ -271,13 +273,12 @@ def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def judged_runs(result: Mapping[str, Any], prefix: str = '') -> list[Judged]:
+def judged_runs(result: Mapping[str, Any], prefix: str = '') -> JudgedRuns:
     """Return the judged runs of a result, without or with feedforward; a value that is not known is infinite."""
     names = [name for name in JUDGED if f'{prefix}{name}' in result]
     columns = [[math.inf if value is None else value for value in result[f'{prefix}{name}']] for name in names]
-    return [Judged(success, dict(zip(names, values, strict=True)), outcome)
-            for success, outcome, *values in zip(result[f'{prefix}success'], result[f'{prefix}outcome'], *columns,
-                                                 strict=True)]
+    return JudgedRuns(np.array(result[f'{prefix}success'], bool),
+                      dict(zip(names, map(np.array, columns), strict=True)), np.array(result[f'{prefix}outcome'], str))
 
 
 def was_searched(result: Mapping[str, Any]) -> bool:

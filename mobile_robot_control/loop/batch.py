@@ -9,7 +9,7 @@ import sys
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 from mobile_robot_control.control.laws import LAWS
@@ -83,7 +83,7 @@ except ImportError:
     numba = None  # type: ignore[assignment,unused-ignore]
 
 COMPILES = numba is not None
-_CHUNKS_A_WORKER = 4
+CHUNKS_A_WORKER = 4
 
 
 def _row(rows: Any, n: int) -> tuple[Reference]:
@@ -126,16 +126,21 @@ def _register(*functions: Callable[..., Any]) -> None:
 
 
 @lru_cache(maxsize=32)
-def compiled_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
-    """Return the compiled rollout of a law's step, which releases the interpreter's lock; references are an array."""
+def compilable_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
+    """Return the rollout of a law's step that a compiler may take; references are an array."""
     references_at = _rows(form.horizon) if form.horizon else _row
     driving = driving_step(step, form)
     _register(*JITABLE, _accelerated_row, references_at, step, driving)
     position_tick, velocity_tick = make_position_tick(driving, form), make_velocity_tick(form)
     _register(position_tick, velocity_tick)
+    return trial.bind(position_tick, velocity_tick, references_at, form)
+
+
+@lru_cache(maxsize=32)
+def compiled_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
+    """Return the compiled rollout of a law's step, which releases the interpreter's lock; references are an array."""
     # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth of the time
-    return kept(numba.njit(nogil=True, error_model='numpy')(
-        trial.bind(position_tick, velocity_tick, references_at, form)), step)
+    return kept(numba.njit(nogil=True, error_model='numpy')(compilable_rollout(step, form)), step)
 
 
 @lru_cache(maxsize=32)
@@ -153,13 +158,13 @@ def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
     return kept(numba.njit(error_model='numpy')(repeated), step)
 
 
-def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function of marked callees; return it unchanged if numba is not installed."""
+def compiled(function: Callable[..., Any], *of: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function of marked callees, and of others `of`; return it unchanged if numba is not installed."""
     if not COMPILES:
         _warn_that_it_is_slow()
         return function
     _register(*JITABLE)
-    return kept(numba.njit(nogil=True, error_model='numpy')(function), function)
+    return kept(numba.njit(nogil=True, error_model='numpy')(function), function, *of)
 
 
 @lru_cache(maxsize=32)
@@ -173,16 +178,22 @@ _uncompilable: dict[Callable[..., Any], str] = {}
 """Steps that numba cannot compile, and the reason."""
 
 
-def compiles(one: Trial) -> bool:
-    """Return whether the law of a trial compiles; if it does not, print the reason once."""
+def _try_rollout(one: Trial) -> None:
+    """Compile the rollout of a trial."""
+    step: Callable[..., Any] = LAWS[one.law].step
+    given = arrays(cart_motion(one._replace(steps=0)), one.form.indices)
+    compiled_rollout(step, one.form)(one.state, prepared_loop(one), given, 0, one.ratio, 0)
+
+
+def compiles(one: Trial, attempt: Callable[[Trial], None] = _try_rollout) -> bool:
+    """Return whether the law of a trial compiles, by an attempt; if it does not, print the reason once."""
     step: Callable[..., Any] = LAWS[one.law].step
     if not COMPILES or step in _uncompilable:
         return False
     if not _can_prepare(one):  # the trial itself reports this fault of the gains
         return False
     try:
-        given = _arrays(cart_motion(one._replace(steps=0)), one.form.indices)
-        compiled_rollout(step, one.form)(one.state, prepared_loop(one), given, 0, one.ratio, 0)
+        attempt(one)
     except Exception as error:  # numba raises its own errors, and others from its own faults
         _uncompilable[step] = reason_of(error)
         print(f"the law '{one.law}' runs plain, some hundred times slower: numba cannot compile it "
@@ -192,7 +203,7 @@ def compiles(one: Trial) -> bool:
 
 
 @lru_cache(maxsize=32)
-def _arrays(motion: CartMotion, with_path: bool) -> Any:
+def arrays(motion: CartMotion, with_path: bool) -> Any:
     """Return the references of a motion as an array, shape (ticks, 7), with the points of its path if required."""
     rows = np.array([(*reference.pose, *reference.velocity, *reference.acceleration)
                      for reference in references(motion)]).reshape(-1, 7)
@@ -209,31 +220,31 @@ def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> lis
     return outcomes
 
 
-def pickled(trials: Sequence[Trial]) -> bytes:
+def pickled(chunk: Any, law: str) -> bytes:
     """
-    Pickle trials for another process; raise ParameterError if that is impossible.
+    Pickle trials or runs of a law for another process; raise ParameterError if that is impossible.
 
     It runs here and not in the thread that feeds a pool of processes: that thread would wait for the result for ever.
     """
     try:
-        return pickle.dumps(list(trials))
+        return pickle.dumps(chunk)
     except Exception as error:  # the state of a law can raise anything
         raise ParameterError([
-            f"the gains or the state of the law '{trials[0].law}' cannot go to another process "
+            f"the gains or the state of the law '{law}' cannot go to another process "
             f'({describe_error(error)}); make them of numbers, let prepare make everything else, or add --workers 1'
         ]) from error
 
 
-def run_pickled(trials: bytes) -> list[Outcome]:
-    """Run trials pickled by another process of this package."""
-    return run_trials(pickle.loads(trials))  # noqa: S301 (from our own pool or client)
+def run_pickled(function: Callable[[Any], Any], chunk: bytes) -> Any:
+    """Call a function of trials or runs that another process of this package has pickled."""
+    return function(pickle.loads(chunk))  # noqa: S301 (from our own pool or client)
 
 
 def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outcome], Callable[..., Any]]:
     """Return the rollout of a trial's law, and the function that converts a motion to its input."""
     step: Callable[..., Any] = LAWS[one.law].step
     if compiles(one) if compile_it is None else compile_it:
-        return compiled_rollout(step, one.form), _arrays
+        return compiled_rollout(step, one.form), arrays
     return plain_rollout(step, one.form), given_motion
 
 
@@ -286,18 +297,30 @@ class Pool:
         else:
             _warn_that_it_is_slow()
 
+    @property
+    def threads(self) -> int:
+        """Number of workers."""
+        return self._workers
+
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
         """Run trials; order and last bits of the outcomes do not depend on the number of workers."""
         if self._workers == 1 or not trials:
             return run_trials(trials)
-        # compile once, before all threads would
-        plain = [one for one in _first_of(trials).values() if not compiles(one)]
-        executor = self._process_pool() if plain else self._thread_pool()
-        size = -(-len(trials) // (_CHUNKS_A_WORKER * self._workers))
+        size = -(-len(trials) // (CHUNKS_A_WORKER * self._workers))
         chunks = [trials[first:first + size] for first in range(0, len(trials), size)]
-        if not plain:
-            return [outcome for part in executor.map(run_trials, chunks) for outcome in part]
-        return [outcome for part in executor.map(run_pickled, [*map(pickled, chunks)]) for outcome in part]
+        found = self.each(run_trials, chunks, trials[0].law, lambda: all(map(compiles, _first_of(trials).values())))
+        return [outcome for part in found for outcome in part]
+
+    def each(
+        self, function: Callable[[Any], Any], chunks: Sequence[Any], law: str, compiled: Callable[[], bool]
+    ) -> list[Any]:
+        """Return a function of each of some chunks: in threads if their law is compiled, else in processes."""
+        if self._workers == 1:
+            return [*map(function, chunks)]
+        # once, before all threads would
+        if compiled():
+            return [*self._thread_pool().map(function, chunks)]
+        return [*self._process_pool().map(partial(run_pickled, function), [pickled(one, law) for one in chunks])]
 
     def _thread_pool(self) -> Executor:
         if self._threads is None:

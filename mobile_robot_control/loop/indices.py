@@ -324,11 +324,12 @@ def add_step(
     )
 
 
-def index_values(
+@jitable
+def index_row(
     indices: PerformanceIndices, totals: Totals, takes_torque: bool, settles: bool = True
-) -> dict[str, float]:
+) -> tuple[float, ...]:
     """
-    Return the performance indices by name, in SI units; unknown ones are not finite.
+    Return the performance indices in the order of INDICES, in SI units; unknown ones are not finite.
 
     Parameters
     ----------
@@ -344,7 +345,7 @@ def index_values(
     known = 1.0 if totals.time > 0.0 else math.nan
     # a maximum does not show that one of the numbers is nan
     on_path = known * (math.nan if math.isnan(indices.squared_cross_track) else 1.0)
-    values = (
+    return (
         known * indices.absolute,
         known * totals.squared_position,
         known * indices.timed_absolute,
@@ -356,7 +357,13 @@ def index_values(
         indices.torque.total if takes_torque else math.nan,
         indices.command.total,
     )
-    return dict(zip(INDICES, values, strict=True))
+
+
+def index_values(
+    indices: PerformanceIndices, totals: Totals, takes_torque: bool, settles: bool = True
+) -> dict[str, float]:
+    """Return the values of `index_row` by name."""
+    return dict(zip(INDICES, index_row(indices, totals, takes_torque, settles), strict=True))
 
 
 class MeasuredRun(NamedTuple):

@@ -3,24 +3,33 @@
 import math
 import statistics
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mobile_robot_control.elementary import sin_cos
-from mobile_robot_control.loop.indices import Totals, index_values, objective
+from mobile_robot_control.jit import jitable
+from mobile_robot_control.loop.indices import Totals, index_row, objective
 from mobile_robot_control.loop.metric_table import BAND, INDICES, METRIC_TABLE
 from mobile_robot_control.loop.scenarios import Scenario
-from mobile_robot_control.loop.trial import Outcome, Trial, outcome_name
+from mobile_robot_control.loop.ticks import Form
+from mobile_robot_control.loop.trial import Outcome, Trial
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import Pose
 
+Floats = NDArray[np.float64]
 LARGEST_SEED = 2**64 - 1
 WITHIN = 0.10
 """[m]: by default, the limit of the distance to the reference, from the late step on, in a successful run."""
 
 CONFIDENCE = 0.95
 """Confidence of every interval of a study."""
+
+
+OUTCOMES = ('completed', 'diverged', 'law_failed')
+"""Ends of a run, in the order of their numbers in a row."""
 
 
 class Judged(NamedTuple):
@@ -35,7 +44,7 @@ class Judged(NamedTuple):
         SI units; infinite if the motion diverged, and for the settling time of an error that does not settle; nan for
         the torque and energy of a base without torques.
     outcome : str
-        'completed', 'diverged' or 'law_failed'.
+        Of OUTCOMES.
     """
 
     success: bool
@@ -43,27 +52,77 @@ class Judged(NamedTuple):
     outcome: str = 'completed'
 
 
+class JudgedRuns(Sequence[Judged]):
+    """
+    Judged runs as columns.
+
+    Parameters
+    ----------
+    success : array of bool, shape (runs,)
+        As in `Judged`, as are the others.
+    metrics : dict of str to array of float, each of shape (runs,)
+        By name.
+    outcome : array of str, shape (runs,)
+        Of OUTCOMES.
+    """
+
+    def __init__(self, success: NDArray[np.bool_], metrics: dict[str, Floats], outcome: NDArray[np.str_]) -> None:
+        self.success, self.metrics, self.outcome = success, metrics, outcome
+
+    @classmethod
+    def of(cls, runs: Sequence[Judged]) -> 'JudgedRuns':
+        """Return runs as columns, unchanged if they are."""
+        if isinstance(runs, cls):
+            return runs
+        names = runs[0].metrics if runs else ()
+        return cls(np.array([one.success for one in runs], bool),
+                   {name: np.array([one.metrics[name] for one in runs]) for name in names},
+                   np.array([one.outcome for one in runs], str))
+
+    @classmethod
+    def of_rows(cls, rows: Floats) -> 'JudgedRuns':
+        """Return the runs of rows of a `make_judge`, shape (runs, columns)."""
+        return cls(rows[:, 0] != 0.0, dict(zip(METRICS, rows[:, 2:].T.copy(), strict=False)),
+                   np.array(OUTCOMES)[rows[:, 1].astype(int)])
+
+    def __len__(self) -> int:
+        return len(self.success)
+
+    def chosen(self, which: Any) -> 'JudgedRuns':
+        """Return the runs of a mask, of indices or of a slice."""
+        return JudgedRuns(self.success[which], {name: column[which] for name, column in self.metrics.items()},
+                          self.outcome[which])
+
+    def __getitem__(self, n: Any) -> Any:
+        if isinstance(n, slice):
+            return self.chosen(n)
+        return Judged(bool(self.success[n]), {name: float(column[n]) for name, column in self.metrics.items()},
+                      str(self.outcome[n]))
+
+
+@jitable
 def _rms(integral: float, time: float) -> float:
     """Return the root mean square of a quantity from the integral of its square."""
     return math.sqrt(integral / time) if time > 0.0 else math.inf
 
 
-def _of_torque(value: float, totals: Totals) -> float:
-    """Return a value; nan for a run without torques."""
-    return value if totals.highest_right > -math.inf else math.nan
+@jitable
+def _metric_row(totals: Totals, late: Totals) -> tuple[float, ...]:
+    """Return the values of _METRICS."""
+    has_torque = totals.highest_right > -math.inf
+    return (
+        _rms(totals.squared_position, totals.time),
+        totals.max_position,
+        late.max_position,
+        _rms(totals.squared_heading, totals.time),
+        max(totals.peak_right, totals.peak_left) if has_torque else math.nan,
+        totals.energy if has_torque else math.nan,
+        objective(totals, False),
+    )
 
 
-_METRICS: dict[str, Callable[[Outcome], float]] = {
-    'rms_position_error': lambda o: _rms(o.totals.squared_position, o.totals.time),
-    'max_position_error': lambda o: o.totals.max_position,
-    'late_max_position_error': lambda o: o.late.max_position,
-    'rms_heading_error': lambda o: _rms(o.totals.squared_heading, o.totals.time),
-    'peak_wheel_torque': lambda o: _of_torque(max(o.totals.peak_right, o.totals.peak_left), o.totals),
-    'energy': lambda o: _of_torque(o.totals.energy, o.totals),
-    'objective': lambda o: objective(o.totals, False),
-}
-
-
+_METRICS = ('rms_position_error', 'max_position_error', 'late_max_position_error', 'rms_heading_error',
+            'peak_wheel_torque', 'energy', 'objective')
 METRICS = (*_METRICS, *INDICES)
 """The names of all metrics of a study."""
 
@@ -73,19 +132,42 @@ def metric_labels(band: float = BAND) -> dict[str, tuple[str, str]]:
     return {name: (METRIC_TABLE[name].label_in(band), METRIC_TABLE[name].unit) for name in METRICS}
 
 
-def judge(trial: Trial, outcome: Outcome, within: float = WITHIN) -> Judged:
+@lru_cache(maxsize=16)
+def make_judge(form: Form) -> Callable[[Outcome, int, float], tuple[float, ...]]:
     """
-    Judge a trial: its success, and its metrics; with the performance indices if its form has them.
+    Make the function ``(outcome, steps, within)`` that judges an outcome of so many steps, plain or compiled.
 
-    It succeeds if it is complete, and nearer to the reference than `within` [m] from the late step on.
+    A run succeeds if it is complete, and nearer to the reference than `within` [m] from the late step on. The row has
+    1 or 0 for success, the number of its end among OUTCOMES, and its metrics, infinite if the run is not complete;
+    among them the performance indices if the form has them.
     """
-    complete = outcome.steps == trial.steps
-    found = {name: value(outcome) if complete else math.inf for name, value in _METRICS.items()}
-    if trial.form.indices:
-        takes_torque = not trial.form.plant.takes_velocity
-        found |= index_values(outcome.indices, outcome.totals, takes_torque) if complete else dict.fromkeys(
-            INDICES, math.inf)
-    return Judged(complete and outcome.late.max_position < within, found, outcome_name(trial, outcome))
+    takes_torque = not form.plant.takes_velocity
+
+    def indexed(outcome: Outcome) -> tuple[float, ...]:
+        return _metric_row(outcome.totals, outcome.late) + index_row(outcome.indices, outcome.totals, takes_torque)
+
+    def plain(outcome: Outcome) -> tuple[float, ...]:
+        return _metric_row(outcome.totals, outcome.late)
+
+    row = jitable(indexed if form.indices else plain)
+    failed, diverged = ((0.0, end, *[math.inf] * len(METRICS if form.indices else _METRICS)) for end in (2.0, 1.0))
+
+    @jitable
+    def judged(outcome: Outcome, steps: int, within: float) -> tuple[float, ...]:
+        if outcome.law_failed:
+            return failed
+        if outcome.steps != steps:
+            return diverged
+        return (1.0 if outcome.late.max_position < within else 0.0, 0.0) + row(outcome)
+
+    return judged
+
+
+def judge(trial: Trial, outcome: Outcome, within: float = WITHIN) -> Judged:
+    """Judge a trial as `make_judge` does."""
+    # a law that raised summed no indices
+    success, end, *metrics = make_judge(trial.form)(outcome, trial.steps, within)
+    return Judged(success != 0.0, dict(zip(METRICS, metrics, strict=False)), OUTCOMES[int(end)])
 
 
 def wilson_interval(successes: int, runs: int) -> tuple[float, float]:
@@ -114,26 +196,89 @@ def success_text(name: str, summary: Mapping[str, Any]) -> str:
 
 def summarise_runs(judged: Sequence[Judged]) -> dict[str, Any]:
     """Return the statistics of one controller's runs, at least one, as in `study.json`; non-finite values are None."""
-    successes = sum(run.success for run in judged)
+    runs = JudgedRuns.of(judged)
+    successes = int(np.count_nonzero(runs.success))
     return {
-        'runs': len(judged),
+        'runs': len(runs),
         'successes': successes,
-        'success_rate': successes / len(judged),
-        'success_interval': list(wilson_interval(successes, len(judged))),
-        'metrics': {name: _quantiles([run.metrics[name] for run in judged], METRIC_TABLE[name].better == 'larger')
-                    for name in judged[0].metrics},
+        'success_rate': successes / len(runs),
+        'success_interval': list(wilson_interval(successes, len(runs))),
+        'metrics': {name: _quantiles(values, METRIC_TABLE[name].better == 'larger')
+                    for name, values in runs.metrics.items()},
     }
 
 
-def _quantiles(values: Sequence[float], larger_is_better: bool) -> dict[str, float | None]:
+def _quantiles(values: Floats, larger_is_better: bool) -> dict[str, float | None]:
     """Return median, 95 % quantile and worst of some values; None for infinite or unknown ones."""
-    ordered = sorted(values, key=lambda value: -value if larger_is_better and value < math.inf else value)
+    known = not np.isnan(values).any()
+    # an infinite one is the worst, whichever way is better
+    ordered = np.sort(np.where(values < math.inf, -values, values) if larger_is_better else values)
 
     def at(fraction: float) -> float | None:
-        value = ordered[math.ceil(fraction * len(ordered)) - 1]
-        return value if math.isfinite(value) and not any(map(math.isnan, ordered)) else None
+        value = float(ordered[math.ceil(fraction * len(ordered)) - 1])
+        return (-value if larger_is_better else value) if known and math.isfinite(value) else None
 
     return {'median': at(0.5), '95_percent': at(0.95), 'worst': at(1.0)}
+
+
+class Scenarios(Sequence[Scenario]):
+    """
+    Scenarios as columns.
+
+    Parameters
+    ----------
+    curve, scale : array of str and of float, shape (runs,)
+        As in `Scenario`, as are the others.
+    start : array of float, shape (runs, 3)
+        Offsets x, y [m] and heading [rad].
+    mass, friction : array of float, shape (runs,)
+        Factors.
+    noise : Noise
+        Of all, with `seed`.
+    seed, delay : array of int, shape (runs,)
+        Of the noise, and of the torques [velocity periods].
+    robot_names : tuple of str
+        Parameters of the plant that differ.
+    robots : array of float, shape (runs, names)
+        Their values.
+    """
+
+    def __init__(
+        self, curve: NDArray[np.str_], scale: Floats, start: Floats, mass: Floats, friction: Floats, noise: Noise,
+        seed: NDArray[np.int64], delay: NDArray[np.int64], robot_names: tuple[str, ...] = (),
+        robots: Floats | None = None,
+    ) -> None:
+        self.curve, self.scale, self.start, self.mass, self.friction = curve, scale, start, mass, friction
+        self.noise, self.seed, self.delay, self.robot_names = noise, seed, delay, robot_names
+        self.robots = np.empty((len(curve), 0)) if robots is None else robots
+
+    @classmethod
+    def of(cls, scenarios: Sequence[Scenario]) -> 'Scenarios':
+        """Return scenarios as columns, unchanged if they are; the configured start is an offset of 0."""
+        if isinstance(scenarios, cls):
+            return scenarios
+        curve, scale, start, mass, friction, noise, delay, robot = zip(*scenarios, strict=True)
+        return cls(
+            np.array(curve), np.array(scale), np.array([one or (0.0, 0.0, 0.0) for one in start]), np.array(mass),
+            np.array(friction), noise[0], np.array([one.seed for one in noise]), np.array(delay),
+            tuple(name for name, _ in robot[0]), np.array([[value for _, value in one] for one in robot]))
+
+    def __len__(self) -> int:
+        return len(self.curve)
+
+    def chosen(self, which: Any) -> 'Scenarios':
+        """Return the scenarios of a mask, of indices or of a slice."""
+        return Scenarios(self.curve[which], self.scale[which], self.start[which], self.mass[which],
+                         self.friction[which], self.noise, self.seed[which], self.delay[which], self.robot_names,
+                         self.robots[which])
+
+    def __getitem__(self, n: Any) -> Any:
+        if isinstance(n, slice):
+            return self.chosen(n)
+        return Scenario(
+            str(self.curve[n]), float(self.scale[n]), Pose(*self.start[n].tolist()), float(self.mass[n]),
+            float(self.friction[n]), self.noise._replace(seed=int(self.seed[n])), int(self.delay[n]),
+            tuple(zip(self.robot_names, self.robots[n].tolist(), strict=True)))
 
 
 class ScenarioDistribution(NamedTuple):
@@ -164,24 +309,23 @@ class ScenarioDistribution(NamedTuple):
     longest_delay: int = 0
 
 
-def draw_scenarios(distribution: ScenarioDistribution, count: int, seed: int) -> list[Scenario]:
+def draw_scenarios(distribution: ScenarioDistribution, count: int, seed: int) -> Scenarios:
     """
     Draw random scenarios, with starts uniform over the disc.
 
     The same seed gives the same scenarios; a longer list begins with the shorter one.
     """
-    rng = np.random.default_rng(seed)
-    drawn = []
-    for _ in range(count):
-        curve, scale, radius, angle, heading, mass, friction, noise, delay = rng.random(9).tolist()
-        distance, (sine, cosine) = distribution.within * math.sqrt(radius), sin_cos(2.0 * math.pi * angle)
-        drawn.append(Scenario(
-            distribution.curves[int(curve * len(distribution.curves))],
-            distribution.scales[int(scale * len(distribution.scales))],
-            Pose(distance * cosine, distance * sine, math.pi * (1.0 - 2.0 * heading)),
-            1.0 + distribution.variation * (2.0 * mass - 1.0),
-            1.0 + distribution.variation * (2.0 * friction - 1.0),
-            distribution.noise._replace(seed=int(noise * 2**32)),
-            int(delay * (distribution.longest_delay + 1)),
-        ))
-    return drawn
+    drawn = np.random.default_rng(seed).random((count, 9))
+    curve, scale, radius, angle, heading, mass, friction, noise, delay = drawn.T
+    distances, directions = distribution.within * np.sqrt(radius), map(sin_cos, (2.0 * math.pi * angle).tolist())
+    sines, cosines = np.array([*directions]).reshape(-1, 2).T
+
+    def one_of(values: tuple[Any, ...], share: Floats) -> NDArray[Any]:
+        return np.take(np.array(values), (share * len(values)).astype(int))
+
+    return Scenarios(
+        one_of(distribution.curves, curve), one_of(distribution.scales, scale),
+        np.column_stack([distances * cosines, distances * sines, math.pi * (1.0 - 2.0 * heading)]),
+        1.0 + distribution.variation * (2.0 * mass - 1.0), 1.0 + distribution.variation * (2.0 * friction - 1.0),
+        distribution.noise, (noise * 2**32).astype(np.int64),
+        (delay * (distribution.longest_delay + 1)).astype(np.int64))

@@ -1,21 +1,33 @@
 """Scenarios of a search or study: curves, starts, robots, noise and delay; and the bounds of a run's length."""
 
 import itertools
-from collections.abc import Sequence
-from typing import NamedTuple
+import operator
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
 
+from mobile_robot_control.jit import jitable, jitable_apart
+from mobile_robot_control.loop.closed_loop import Loop, LoopState
 from mobile_robot_control.loop.ticks import plant_grid
 from mobile_robot_control.loop.trial import Trial, make_trial
 from mobile_robot_control.model import dynamics
+from mobile_robot_control.model.base import Base
 from mobile_robot_control.model.discretisation import discretise
+from mobile_robot_control.model.friction import Friction
 from mobile_robot_control.model.motors import Delay
 from mobile_robot_control.model.noise import Noise
-from mobile_robot_control.model.plant import TORQUE, PlantModel
-from mobile_robot_control.model.plant_form import drive_at_rest, drive_constants, sensor_values, sensors_at_rest
+from mobile_robot_control.model.plant import TORQUE, Imperfections, PlantModel
+from mobile_robot_control.model.plant_form import (
+    PlantForm,
+    PlantValues,
+    drive_of_values,
+    plant_values,
+    sensors_of_values,
+)
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.declaration import ParameterError, build, flatten
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.reference.course import Course, make_course
+from mobile_robot_control.reference.course import make_course
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.settings.nodes import Configuration, course_of, path_of
 
@@ -121,6 +133,66 @@ def configured_scenario(configuration: Configuration) -> Scenario:
     return Scenario(curve.curve, curve.placement.scale, noise=imperfect.noise, delay=imperfect.delay.velocity_steps)
 
 
+class Draw(NamedTuple):
+    """What a run in a scene has of its own: start, factors of mass and friction, and the seed of its noise."""
+
+    start: Pose
+    mass: float
+    friction: float
+    seed: int
+
+
+class Scene(NamedTuple):
+    """
+    What runs have in common that differ by their draws.
+
+    Attributes
+    ----------
+    trial : Trial
+        Of all of them, with the configured start, mass, friction and seed.
+    values : PlantValues
+        Of its plant.
+    cart : Pose
+        At the start.
+    """
+
+    trial: Trial
+    values: PlantValues
+    cart: Pose
+
+    @property
+    def varied(self) -> Callable[..., tuple[LoopState, Loop]]:
+        """The function that computes a run's start and constants; see `make_varied`."""
+        form, sensors = self.trial.form.plant, self.trial.loop.sensors
+        return make_varied(form, *sensors_of_values(form, sensors))
+
+    def run(self, draw: Draw) -> Trial:
+        """Return the trial of a draw."""
+        state, loop = self.varied(self.trial.state, self.trial.loop, self.values, draw)
+        return self.trial._replace(state=state, loop=loop)
+
+
+def make_scene(configuration: Configuration, scenario: Scenario, laps: float, late: float) -> Scene:
+    """Make the scene of a scenario: its curve, scale, delay and robot; see `scenario_trial`."""
+    cart = configuration.reference_cart
+    placement = cart.curve.placement._replace(scale=scenario.scale)
+    course = make_course(scenario.curve, placement, path_of(cart) if scenario.curve == PATH else ())
+    varied = with_robot(configuration, scenario.robot) if scenario.robot else configuration
+    shared = varied.plant.shared
+    model = delayed_model(varied.plant.model, scenario, 1.0 / shared.velocity_rate)
+    driven = varied._replace(plant=varied.plant._replace(model=model))
+    prepared = make_trial(driven, laps * course.period, late * course.period)
+    loop = prepared.loop
+    trial = prepared._replace(
+        curve=scenario.curve,
+        path=prepared.path if scenario.curve == PATH else (),
+        loop=loop._replace(placement=placement,
+                           nominal=configuration.plant.shared.robot if loop.nominal else ()),
+    )
+    return Scene(trial, plant_values(shared.robot, model, plant_grid(configuration).velocity),
+                 course.reference(0.0).pose)
+
+
 def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float, late: float) -> Trial:
     """
     Make the trial of a configuration in a scenario, with the robot at rest at the start.
@@ -136,61 +208,74 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
     late : float
         Laps after which the late totals begin.
     """
-    cart = configuration.reference_cart
-    placement = cart.curve.placement._replace(scale=scenario.scale)
-    course = make_course(scenario.curve, placement, path_of(cart) if scenario.curve == PATH else ())
-    varied = with_robot(configuration, scenario.robot) if scenario.robot else configuration
-    prepared = make_trial(varied, laps * course.period, late * course.period)
-    state = prepared.state
-    if scenario.start is not None:
-        state = state._replace(plant=dynamics.at_rest(_start(scenario.start, course)))
-    loop = prepared.loop
-    robot = _varied_robot(loop.plant.robot, scenario)
-    model, grid = _varied_model(varied.plant.model, scenario, loop.plant.dt), plant_grid(configuration)
-    plant, sensors = (discretise(robot, loop.plant.dt, loop.plant.centripetal_coupling),
-                      sensor_values(model, robot, grid))
-    return prepared._replace(
-        curve=scenario.curve,
-        path=prepared.path if scenario.curve == PATH else (),
-        loop=loop._replace(
-            plant=plant,
-            imperfections=model.imperfections,
-            placement=placement,
-            drive=drive_constants(model, plant, grid),
-            sensors=sensors,
-            nominal=configuration.plant.shared.robot if loop.nominal else (),
-        ),
-        state=state._replace(drive=drive_at_rest(model, grid), sensors=sensors_at_rest(state.plant, sensors)),
-    )
+    scene = make_scene(configuration, scenario, laps, late)
+    start = (scene.trial.state.plant.pose if scenario.start is None else
+             Pose(*map(operator.add, scene.cart, scenario.start)))
+    return scene.run(Draw(start, scenario.mass, scenario.friction, scenario.noise.seed))
 
 
-def _start(offset: Pose, course: Course) -> Pose:
-    """Return where the robot starts, by its offset from the cart's start."""
-    cart = course.reference(0.0).pose
-    return Pose(cart.x + offset.x, cart.y + offset.y, cart.heading + offset.heading)
+@jitable
+def varied_robot(robot: Robot, mass: float, friction: float) -> Robot:
+    """Return a robot with factors on its mass, with the inertia, and on its friction."""
+    return Robot(robot.mass * mass, robot.inertia * mass, robot.wheel_radius, robot.wheel_separation,
+                 robot.com_offset, robot.wheel_inertia, robot.viscous_friction * friction)
 
 
-def _varied_robot(robot: Robot, scenario: Scenario) -> Robot:
-    """Return a robot with a scenario's mass and friction."""
-    return robot._replace(
-        mass=robot.mass * scenario.mass,
-        inertia=robot.inertia * scenario.mass,
-        viscous_friction=robot.viscous_friction * scenario.friction,
-    )
+@jitable
+def _varied_base(base: Base, mass: float, friction: float) -> Base:
+    """Return a base with factors of mass and friction on its lag and dead zone."""
+    (slow, slow_turn), (zone, turn_zone) = base.lag, base.dead_zone
+    return Base((slow * mass, slow_turn * mass), base.dead_time, base.max_speed, base.max_acceleration,
+                base.max_deceleration, (zone * friction, turn_zone * friction), base.quantum, base.command_rate,
+                base.command_jitter, base.wheel_gain, base.turn_gain, base.command_timeout)
 
 
-def _varied_model(model: PlantModel, scenario: Scenario, dt: float) -> PlantModel:
-    """Return a plant with a scenario's noise and delay; for a base, mass and friction scale its lag and dead zone."""
+@jitable
+def varied_values(values: PlantValues, draw: Draw) -> PlantValues:
+    """Return the numbers of a plant with the factors and the seed of a draw."""
+    imperfect = values.imperfections
+    return PlantValues(
+        varied_robot(values.robot, draw.mass, draw.friction),
+        Imperfections(Noise(imperfect.noise.pose, imperfect.noise.velocity, draw.seed), imperfect.delay,
+                      imperfect.disturbance),
+        values.motor, Friction(values.friction.coulomb * draw.friction),
+        _varied_base(values.base, draw.mass, draw.friction), values.odometry, values.max_wheel_torque, values.period)
+
+
+@lru_cache(maxsize=64)
+def make_varied(
+    form: PlantForm, sensors_of: Callable[..., Any], sensors_start: Callable[..., Any]
+) -> Callable[..., tuple[LoopState, Loop]]:
+    """
+    Make the function ``(state, loop, values, draw)`` that returns state and constants of a run, plain or compiled.
+
+    State and loop are those of the scene, with the events, windows and delays of its plant.
+    """
+    drive_of = drive_of_values(form)
+
+    @jitable_apart
+    def varied(state: LoopState, loop: Loop, values: PlantValues, draw: Draw) -> tuple[LoopState, Loop]:
+        found, begun = varied_values(values, draw), dynamics.at_rest(draw.start)
+        plant = discretise(found.robot, loop.plant.dt, loop.plant.centripetal_coupling)
+        sensors = sensors_of(found, loop.sensors)
+        return (
+            LoopState(begun, state.pi, state.law, state.command, state.drive, sensors_start(begun, sensors),
+                      state.held, state.coming),
+            Loop(plant, found.imperfections, found.max_wheel_torque, loop.command_limit, loop.velocity_gains,
+                 loop.law_gains, loop.limits, loop.placement, loop.position_dt, loop.odom_latency, loop.longest_age,
+                 drive_of(found, plant, loop.drive), sensors, loop.lead, loop.nominal),
+        )
+
+    return varied
+
+
+def delayed_model(model: PlantModel, scenario: Scenario, dt: float) -> PlantModel:
+    """Return a plant with a scenario's noise and delay, which a base adds to its dead time."""
     noisy = model.imperfections._replace(noise=scenario.noise)
     if model.drive == TORQUE:
-        dry = model.friction._replace(coulomb=model.friction.coulomb * scenario.friction)
-        return model._replace(imperfections=noisy._replace(delay=Delay(scenario.delay)), friction=dry)
-    base = model.base
-    return model._replace(imperfections=noisy, base=base._replace(
-        lag=tuple(lag * scenario.mass for lag in base.lag),
-        dead_zone=tuple(zone * scenario.friction for zone in base.dead_zone),
-        dead_time=tuple(time + scenario.delay * dt for time in base.dead_time),
-    ))
+        return model._replace(imperfections=noisy._replace(delay=Delay(scenario.delay)))
+    return model._replace(imperfections=noisy, base=model.base._replace(
+        dead_time=tuple(time + scenario.delay * dt for time in model.base.dead_time)))
 
 
 def scenario_grid(
@@ -219,13 +304,19 @@ def scenario_configuration(configuration: Configuration, scenario: Scenario) -> 
     cart, shared, model = varied.reference_cart, varied.plant.shared, varied.plant.model
     placement = cart.curve.placement._replace(scale=scenario.scale)
     curve = cart.curve if scenario.curve == PATH else cart.curve._replace(curve=scenario.curve, placement=placement)
-    robot = shared._replace(robot=_varied_robot(shared.robot, scenario))
-    changed = {node: part._replace(shared=robot) for node, part in varied._asdict().items()}
+    model = delayed_model(model, scenario, 1.0 / shared.velocity_rate)
+    values = varied_values(plant_values(shared.robot, model, plant_grid(varied).velocity),
+                           Draw(Pose(0.0, 0.0, 0.0), scenario.mass, scenario.friction, scenario.noise.seed))
+    robot, friction, base = ((values.robot, values.friction, model.base) if model.drive == TORQUE else
+                             (values.robot, model.friction, values.base))
+    shared = shared._replace(robot=robot)
+    changed = {node: part._replace(shared=shared) for node, part in varied._asdict().items()}
     found = Configuration(**changed)
     found = found._replace(
         reference_cart=found.reference_cart._replace(curve=curve),
-        plant=found.plant._replace(model=_varied_model(model, scenario, 1.0 / shared.velocity_rate)))
+        plant=found.plant._replace(model=model._replace(friction=friction, base=base)))
     if scenario.start is None:
         return found
-    at = _start(scenario.start, make_course(scenario.curve, placement, path_of(cart) if scenario.curve == PATH else ()))
-    return found._replace(plant=found.plant._replace(initial_pose=tuple(at)))
+    course = make_course(scenario.curve, placement, path_of(cart) if scenario.curve == PATH else ())
+    start = map(operator.add, course.reference(0.0).pose, scenario.start)
+    return found._replace(plant=found.plant._replace(initial_pose=tuple(start)))

@@ -222,12 +222,17 @@ def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcom
     try:
         return roll(trial.state, prepared_loop(trial), given, trial.steps, trial.ratio, trial.late)
     except BaseException as error:  # a law can raise anything
-        _report_failure(trial.law, located_error(error))
-        return Outcome(0, trial.state.plant.pose, _NO_TORQUE, _NOTHING, _NOTHING, True)
+        report_failure(trial.law, located_error(error))
+        return failed_outcome(trial)
+
+
+def failed_outcome(trial: Trial) -> Outcome:
+    """Return the outcome of a trial whose law raised: it leaves no measurements."""
+    return Outcome(0, trial.state.plant.pose, _NO_TORQUE, _NOTHING, _NOTHING, True)
 
 
 @lru_cache(maxsize=64)
-def _report_failure(law: str, reason: str) -> None:
+def report_failure(law: str, reason: str) -> None:
     """Print the reason of a law's failure in trials, once for each reason."""
     print(f"the law '{law}' failed in a trial: {reason}", file=sys.stderr)
 

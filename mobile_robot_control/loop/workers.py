@@ -1,7 +1,7 @@
 """The place of the rollouts of a search or study: the cores of this machine, or a Dask cluster."""
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import Annotated, Any, NamedTuple, Protocol
@@ -11,15 +11,14 @@ from mobile_robot_control.loop.trial import Outcome, Trial
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.parameters.plugins import PluginSource, load_sources, plugin_sources
 
-_CHUNKS_A_THREAD = 4
 _POLL_PERIOD = 1.0
 """[s] between two checks for workers."""
 
 
-def _run_with(sources: Sequence[PluginSource], trials: bytes) -> list[Outcome]:
-    """Run pickled trials in a worker, which first loads the caller's files of laws and curves, to unpickle them."""
+def _run_with(sources: Sequence[PluginSource], function: Callable[[Any], Any], chunk: bytes) -> Any:
+    """Call a function of a pickled chunk in a worker, which first loads the caller's laws and curves, to unpickle."""
     load_sources(sources)
-    return batch.run_pickled(trials)
+    return batch.run_pickled(function, chunk)
 
 
 class Cluster:
@@ -47,18 +46,31 @@ class Cluster:
             raise ConnectionError(f'no Dask scheduler answers at {address} ({error}); start one, or leave '
                                   '--scheduler out') from error
 
+    @property
+    def threads(self) -> int:
+        """Number of threads of all workers, at least 1."""
+        return max(1, self._threads())
+
     def _threads(self) -> int:
         workers = self._client.scheduler_info(n_workers=-1)['workers']
         return sum(worker['nthreads'] for worker in workers.values())
 
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
         """Run trials; the outcomes are in the same order. Raises OSError if no worker came within the patience."""
-        size = max(1, -(-len(trials) // (_CHUNKS_A_THREAD * max(1, self._threads()))))
-        chunks = [batch.pickled(trials[first:first + size]) for first in range(0, len(trials), size)]
+        size = max(1, -(-len(trials) // (batch.CHUNKS_A_WORKER * self.threads)))
+        chunks = [trials[first:first + size] for first in range(0, len(trials), size)]
+        return [one for part in self.each(batch.run_trials, chunks, trials[0].law if trials else '') for one in part]
+
+    def each(
+        self, function: Callable[[Any], Any], chunks: Sequence[Any], law: str,
+        _compiled: Callable[[], bool] | None = None,
+    ) -> list[Any]:
+        """Return a function of each of some chunks, compiled where the law compiles on their worker."""
+        given = [batch.pickled(one, law) for one in chunks]
         # not pure: equal trials run again, as on one machine; retries: a worker may die more than once
-        futures = self._client.map(partial(_run_with, plugin_sources()), chunks, pure=False, retries=10)
+        futures = self._client.map(partial(_run_with, plugin_sources(), function), given, pure=False, retries=10)
         self._wait(futures)
-        return [outcome for part in self._client.gather(futures) for outcome in part]
+        return list(self._client.gather(futures))
 
     def _wait(self, futures: Sequence[Any]) -> None:
         alive = time.monotonic()
@@ -91,8 +103,17 @@ class Workers(NamedTuple):
 class TrialRunner(Protocol):
     """Runs trials, on this machine or elsewhere."""
 
+    @property
+    def threads(self) -> int:
+        """Number of chunks that run at once."""
+
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
         """Run trials in order."""
+
+    def each(
+        self, function: Callable[[Any], Any], chunks: Sequence[Any], law: str, compiled: Callable[[], bool]
+    ) -> list[Any]:
+        """Return a function of each of some chunks, of one law; ask whether it is compiled where that matters."""
 
     def close(self) -> None:
         """Release the workers."""

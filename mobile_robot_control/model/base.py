@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.jit import jitable
+from mobile_robot_control.jit import jitable, jitable_apart
 from mobile_robot_control.model.discretisation import QUADRATURE, Channel, channel
 from mobile_robot_control.model.dynamics import PlantState, mean_velocity, moved
 from mobile_robot_control.model.events import SLOWEST, Events, events_at, events_until, is_event, periods, step_of
@@ -173,7 +173,13 @@ def base_violations(base: Base, period: int, position_period: int) -> Iterator[s
 
 def queue_length(base: Base, period: int, position_period: int) -> int:
     """Return the number of commands that a base stores, for periods [ns] of the velocity and the position grid."""
-    return _kept(_longest(base, period), _taken(base, period, position_period))
+    return base_structure(base, period, position_period)[0]
+
+
+def base_structure(base: Base, period: int, position_period: int) -> tuple[int, Events]:
+    """Return how many commands a base stores, and when it takes them, for periods as in `queue_length`."""
+    taken = _taken(base, period, position_period)
+    return _kept(_longest(base, period), taken), taken
 
 
 def _longest(base: Base, period: int) -> int:
@@ -197,6 +203,7 @@ def _taken(base: Base, period: int, position_period: int) -> Events:
     return next((grid for grid in grids if _kept(longest, grid) <= LONGEST_QUEUE), Events(1, ratio))
 
 
+@jitable_apart
 def _mixing(base: Base, robot: Robot) -> Mixing:
     """Return the mixing of a base's velocities by its wheels."""
     (right, left), half = base.wheel_gain, half_separation(robot)
@@ -225,25 +232,35 @@ def discretise_base(base: Base, robot: Robot, period: int, position_period: int,
     DiscreteBase
         For `base_step`.
     """
-    dt, shortest = period / 1e9, min((lag for lag in base.lag if lag > 0.0), default=0.0)
+    return base_taking(base, robot, _taken(base, period, position_period), period, seed)
+
+
+@jitable_apart
+def _base_channel(base: Base, n: int, dt: float, period: int, substeps: int) -> BaseChannel:
+    """Return the linear (0) or the angular (1) velocity of a base, for a velocity period [s], [ns]."""
+    return BaseChannel(
+        periods(base.dead_time[n], period),
+        base.max_speed[n] or math.inf,
+        base.max_acceleration[n] * dt or math.inf,
+        (base.max_deceleration[n] or base.max_acceleration[n]) * dt or math.inf,
+        base.dead_zone[n],
+        base.quantum[n],
+        channel(1.0 / base.lag[n] if base.lag[n] > 0.0 else math.inf, dt / max(1, substeps)),
+    )
+
+
+@jitable_apart
+def base_taking(base: Base, robot: Robot, taken: Events, period: int, seed: int) -> DiscreteBase:
+    """Discretise a base that takes commands at given events, otherwise as `discretise_base` does."""
+    dt, (lag, turn_lag) = period / 1e9, base.lag
+    shortest = min(lag or math.inf, turn_lag or math.inf)
     # half a time constant in each substep: its quadrature error is below 1e-9 of the distance lost to the lag in it
-    substeps = min(_MOST_SUBSTEPS, math.ceil(2.0 * dt / shortest)) if shortest > 0.0 else 0
-
-    def one(n: int) -> BaseChannel:
-        return BaseChannel(
-            periods(base.dead_time[n], period),
-            base.max_speed[n] or math.inf,
-            base.max_acceleration[n] * dt or math.inf,
-            (base.max_deceleration[n] or base.max_acceleration[n]) * dt or math.inf,
-            base.dead_zone[n],
-            base.quantum[n],
-            channel(1.0 / base.lag[n] if base.lag[n] > 0.0 else math.inf, dt / max(1, substeps)),
-        )
-
+    substeps = min(_MOST_SUBSTEPS, math.ceil(2.0 * dt / shortest)) if shortest < math.inf else 0
+    right, left = base.wheel_gain
     return DiscreteBase(
-        robot, one(0), one(1), _taken(base, period, position_period), substeps, dt / max(1, substeps),
-        periods(base.command_jitter, period), seed, (*base.wheel_gain, base.turn_gain) != (1.0, 1.0, 1.0),
-        _mixing(base, robot),
+        robot, _base_channel(base, 0, dt, period, substeps), _base_channel(base, 1, dt, period, substeps), taken,
+        substeps, dt / max(1, substeps), periods(base.command_jitter, period), seed,
+        right != 1.0 or left != 1.0 or base.turn_gain != 1.0, _mixing(base, robot),
     )
 
 

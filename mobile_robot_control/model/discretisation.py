@@ -89,6 +89,7 @@ def held_response(rate: float, time: float) -> Response:
     return Response(1.0 - x * first, time * first, time * time * second)
 
 
+@jitable_apart
 def channel(rate: float, dt: float) -> Channel:
     """Return the responses of a velocity with a decay rate [1/s] at the points within a time [s] and at its end."""
     first, middle, last = QUADRATURE
@@ -97,6 +98,7 @@ def channel(rate: float, dt: float) -> Channel:
         held_response(rate, dt))
 
 
+@jitable_apart
 def discretise(robot: Robot, dt: float, centripetal_coupling: bool = False) -> DiscretePlant:
     """
     Discretise the plant for steps of one sampling period.

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from mobile_robot_control.elementary import exp
+from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import (
     QUADRATURE,
@@ -52,6 +53,7 @@ class Axle(NamedTuple):
     lag_rate: float
 
 
+@jitable_apart
 def make_axle(robot: Robot, motor: Motor, friction: Friction) -> Axle:
     """Make the axle of a robot with its motors and friction."""
     linear, angular = linear_inertia(robot), angular_inertia(robot)
@@ -114,6 +116,7 @@ def has_ideal_motors(motor: Motor, friction: Friction) -> bool:
     return motor == Motor() and friction == Friction()
 
 
+@jitable_apart
 def _fading_channel(rate: float, lag_rate: float, dt: float) -> FadingChannel:
     """Return the responses of a velocity to a fading torque, at the quadrature points and at the period's end."""
     first, middle, last = QUADRATURE
@@ -122,6 +125,7 @@ def _fading_channel(rate: float, lag_rate: float, dt: float) -> FadingChannel:
         fading_response(rate, lag_rate, last * dt), fading_response(rate, lag_rate, dt))
 
 
+@jitable_apart
 def _is_predictable(plant: DiscretePlant, rate: float, lag_rate: float) -> bool:
     """Return whether a period without events has a cheap solution, given the fastest rate of the robot [1/s]."""
     if plant.centripetal_coupling:
@@ -131,6 +135,7 @@ def _is_predictable(plant: DiscretePlant, rate: float, lag_rate: float) -> bool:
     return max(rate, lag_rate) * plant.dt <= _LARGEST_EXPONENT
 
 
+@jitable_apart
 def discretise_drivetrain(plant: DiscretePlant, motor: Motor, friction: Friction) -> Drivetrain:
     """
     Discretise motors and friction for steps of the plant's period.
@@ -150,14 +155,14 @@ def discretise_drivetrain(plant: DiscretePlant, motor: Motor, friction: Friction
         For `driven.driven_step`.
     """
     axle, dt = make_axle(plant.robot, motor, friction), plant.dt
-    lag_rate, rates = axle.lag_rate, (axle.viscous_friction / axle.linear_inertia,
-                                      axle.viscous_friction / axle.angular_inertia)
+    lag_rate = axle.lag_rate
+    linear, angular = axle.viscous_friction / axle.linear_inertia, axle.viscous_friction / axle.angular_inertia
     return Drivetrain(
         plant,
         axle,
         exp(-lag_rate * dt) if lag_rate > 0.0 else 0.0,
         held_response(lag_rate, dt).gain / dt if lag_rate > 0.0 else 0.0,
-        _fading_channel(rates[0], lag_rate, dt),
-        _fading_channel(rates[1], lag_rate, dt),
-        _is_predictable(plant, max(rates), lag_rate),
+        _fading_channel(linear, lag_rate, dt),
+        _fading_channel(angular, lag_rate, dt),
+        _is_predictable(plant, max(linear, angular), lag_rate),
     )

@@ -193,6 +193,7 @@ class PlantState(NamedTuple):
     left_angle: float
 
 
+@jitable
 def at_rest(pose: Pose) -> PlantState:
     """Return the state at a run's start: at rest at a pose [m], [rad], with its heading wrapped."""
     return PlantState(Pose(pose.x, pose.y, wrap_angle(pose.heading)), BodyVelocity(0.0, 0.0), 0.0, 0.0)

@@ -48,6 +48,7 @@ def events_at(rate: float, period: int) -> Events:
     return Events(share.numerator, share.denominator)
 
 
+@jitable
 def periods(time: float, period: int) -> int:
     """Return a time [s] in periods [ns], rounded up; an excess below a nanosecond is ignored."""
     return -(-max(0, math.ceil(time * 1e9 - 1.0)) // period)

@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.jit import jitable
+from mobile_robot_control.jit import jitable, jitable_apart
 from mobile_robot_control.model.events import Events, events_at, periods
 from mobile_robot_control.model.kinematics import along_arc
 from mobile_robot_control.model.noise import LEFT_SLIP, RIGHT_SLIP, gaussian
@@ -168,8 +168,15 @@ def odometry_constants(
     odometry: WheelOdometry, robot: Robot, period: int, position_period: int
 ) -> OdometryConstants:
     """Return the constants of odometry for a robot and the periods [ns] of the velocity and the position grid."""
-    right, left = odometry.radius_error
     ratio = max(1, position_period // period)
+    events = events_at(odometry.rate, period) if odometry.rate > 0.0 else Events(1, ratio)
+    return odometry_of(odometry, robot, events, ratio, period)
+
+
+@jitable_apart
+def odometry_of(odometry: WheelOdometry, robot: Robot, events: Events, ratio: int, period: int) -> OdometryConstants:
+    """Return the constants of odometry with samples at given events; a position period has `ratio` periods [ns]."""
+    right, left = odometry.radius_error
     return OdometryConstants(
         Calibration(
             robot.wheel_radius * (1.0 + right),
@@ -179,7 +186,7 @@ def odometry_constants(
         odometry.dead_reckoning,
         odometry.slip / math.sqrt(robot.wheel_radius),
         ratio,
-        events_at(odometry.rate, period) if odometry.rate > 0.0 else Events(1, ratio),
+        events,
         periods(odometry.latency, period),
         periods(odometry.jitter, period),
     )

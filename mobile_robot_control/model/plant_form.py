@@ -5,27 +5,40 @@ from typing import Any, NamedTuple
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model import drivetrain
-from mobile_robot_control.model.base import base_at_rest, base_step, discretise_base
+from mobile_robot_control.model.base import (
+    Base,
+    DiscreteBase,
+    base_at_rest,
+    base_step,
+    base_structure,
+    base_taking,
+    discretise_base,
+)
 from mobile_robot_control.model.discretisation import DiscretePlant
 from mobile_robot_control.model.driven import driven_step
 from mobile_robot_control.model.drivetrain import Drivetrain
 from mobile_robot_control.model.dynamics import PlantState
+from mobile_robot_control.model.friction import Friction
 from mobile_robot_control.model.kinematics import wheel_velocity
-from mobile_robot_control.model.motors import DelayLine, MotorState, empty_line, motors_at_rest
+from mobile_robot_control.model.motors import DelayLine, Motor, MotorState, empty_line, motors_at_rest
 from mobile_robot_control.model.noise import Noise, measured_pose, measured_twist, measured_wheels
-from mobile_robot_control.model.odometry import WheelAngles
+from mobile_robot_control.model.odometry import WheelAngles, WheelOdometry, odometry_of
 from mobile_robot_control.model.plant import VELOCITY, Imperfections, PlantModel, actuated_step
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.model.sensors import (
+    SensorConstants,
     advance_sensors,
     is_ideal,
     odometry_age,
+    samples_on_their_way,
     seen_angles,
     seen_odometry,
     seen_wheels,
     sensor_constants,
+    sensor_start,
     sensors_at_start,
 )
+from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 
 
@@ -193,3 +206,107 @@ def sensor_values(model: PlantModel, robot: Robot, grid: Grid) -> Any:
 def sensors_at_rest(state: PlantState, constants: Any) -> Any:
     """Return the sensors at a run's start; () for exact ones."""
     return () if isinstance(constants, ExactSensors) else sensors_at_start(state, constants)
+
+
+class PlantValues(NamedTuple):
+    """
+    The numbers from which the constants of a plant are computed.
+
+    Attributes
+    ----------
+    robot : Robot
+        Physical constants.
+    imperfections : Imperfections
+        Noise, delay and disturbance.
+    motor, friction, base, odometry : Motor, Friction, Base and WheelOdometry
+        As in the plant's parameters.
+    max_wheel_torque : float
+        Of each motor [N m]; 0 means none.
+    period : int
+        Of the velocity grid [ns].
+    """
+
+    robot: Robot
+    imperfections: Imperfections
+    motor: Motor
+    friction: Friction
+    base: Base
+    odometry: WheelOdometry
+    max_wheel_torque: float
+    period: int
+
+
+def value_names(values: PlantValues) -> list[str]:
+    """Return the names of the numbers of a plant among all parameters, in the order of their row; '' for others."""
+    parts = {'/**.robot.': values.robot, 'plant.': values.imperfections, 'plant.motor.': values.motor,
+             'plant.friction.': values.friction, 'plant.base.': values.base, 'plant.odometry.': values.odometry}
+    found = []
+    for prefix, part in parts.items():
+        for name, value in flatten(part).items():
+            found += [f'{prefix}{name}[{n}]' for n in range(len(value))] if isinstance(value, tuple) else [
+                f'{prefix}{name}']
+    return [*found, 'plant.max_wheel_torque', '']
+
+
+def structure(model: PlantModel, grid: Grid) -> tuple[Any, ...]:
+    """Return what is the same for all plants with one scene: events, and lengths of queues, windows and delays."""
+    base = base_structure(model.base, *grid) if model.drive == VELOCITY else (model.imperfections.delay,)
+    if is_ideal(model.encoders, model.odometry):
+        return base
+    sensors = sensor_constants(Robot(), Noise(), model.encoders, model.odometry, *grid)
+    return (*base, sensors.encoders, sensors.odometry.events, samples_on_their_way(sensors.odometry))
+
+
+def plant_values(robot: Robot, model: PlantModel, period: int) -> PlantValues:
+    """Return the numbers of a robot and its plant, for a period of the velocity grid [ns]."""
+    return PlantValues(robot, model.imperfections, model.motor, model.friction, model.base, model.odometry,
+                       model.max_wheel_torque, period)
+
+
+@jitable
+def _no_drive(_values: PlantValues, _plant: DiscretePlant, given: tuple[()]) -> tuple[()]:
+    """Return the constants of ideal motors: none."""
+    return given
+
+
+@jitable
+def _motor_drive(values: PlantValues, plant: DiscretePlant, _given: Drivetrain) -> Drivetrain:
+    return drivetrain.discretise_drivetrain(plant, values.motor, values.friction)
+
+
+@jitable
+def _base_drive(values: PlantValues, plant: DiscretePlant, given: DiscreteBase) -> DiscreteBase:
+    return base_taking(values.base, plant.robot, given.taken, values.period, values.imperfections.noise.seed)
+
+
+def drive_of_values(form: PlantForm) -> Callable[..., Any]:
+    """Return the function ``(values, plant, given)`` that computes `drive_constants` for the events of given ones."""
+    return _base_drive if form.takes_velocity else _motor_drive if form.has_motors else _no_drive
+
+
+@jitable
+def _exact_sensors(values: PlantValues, _given: ExactSensors) -> ExactSensors:
+    return ExactSensors(values.robot, values.imperfections.noise)
+
+
+@jitable
+def _real_sensors(values: PlantValues, given: SensorConstants) -> SensorConstants:
+    odometry = given.odometry
+    return SensorConstants(values.robot, values.imperfections.noise, given.encoders, odometry_of(
+        values.odometry, values.robot, odometry.events, odometry.slip_periods, values.period))
+
+
+@jitable
+def _exact_start(_state: PlantState, _constants: ExactSensors) -> tuple[()]:
+    """Return the state of sensors without a state."""
+    return ()
+
+
+def sensors_of_values(form: PlantForm, constants: Any) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """
+    Return the functions that compute `sensor_values` and `sensors_at_rest`.
+
+    The first one is ``(values, given)``, for the encoders and the events of given constants; the second one has the
+    windows and delays of those constants.
+    """
+    return (_real_sensors, sensor_start(constants)) if form.has_sensors else (_exact_sensors, _exact_start)

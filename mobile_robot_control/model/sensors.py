@@ -1,9 +1,10 @@
 """The sensors of a robot that are not ideal: their constants, their covariances, and their values at each step."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import lru_cache
 from typing import NamedTuple
 
-from mobile_robot_control.jit import jitable
+from mobile_robot_control.jit import jitable, jitable_apart
 from mobile_robot_control.model.dynamics import PlantState, diverged
 from mobile_robot_control.model.events import SLOWEST, events_until, is_event
 from mobile_robot_control.model.kinematics import wheel_velocity
@@ -32,6 +33,7 @@ from mobile_robot_control.model.odometry import (
 )
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, WheelVelocity
+from mobile_robot_control.trees import repeated
 
 MOST_SAMPLES = 64
 """Largest number of odometry samples in transit."""
@@ -177,14 +179,6 @@ class SensorState(NamedTuple):
     samples: tuple[OdometrySample, ...]
 
 
-def sensors_at_start(plant_state: PlantState, constants: SensorConstants) -> SensorState:
-    """Return the sensors at a run's start: the first sample is taken there and shown from the start on."""
-    angles = encoder_angles(plant_state.right_angle, plant_state.left_angle, constants.encoders)
-    before = SensorState((angles,) * (constants.encoders.periods + 1), plant_state.pose, angles, ())
-    sample = _sampled(before, plant_state, 0, constants)
-    return before._replace(samples=(sample,) * (samples_on_their_way(constants.odometry) + 1))
-
-
 @jitable
 def seen_wheels(sensors: SensorState, plant_state: PlantState, k: int, constants: SensorConstants) -> WheelVelocity:
     """
@@ -223,6 +217,31 @@ def _sampled(sensors: SensorState, plant_state: PlantState, k: int, constants: S
         sensors.reckoned if odometry.dead_reckoning else plant_state.pose,
         odometer_motion(seen_wheels(sensors, plant_state, k, constants), odometry.calibration),
     )
+
+
+@lru_cache(maxsize=64)
+def make_sensor_start(angles: int, samples: int) -> Callable[[PlantState, SensorConstants], SensorState]:
+    """Make `sensors_at_start` for a number of angles, and of samples, in the state."""
+    each_angle, each_sample = repeated(angles), repeated(samples)
+
+    @jitable_apart
+    def start(plant_state: PlantState, constants: SensorConstants) -> SensorState:
+        shown = encoder_angles(plant_state.right_angle, plant_state.left_angle, constants.encoders)
+        before = SensorState(each_angle(shown), plant_state.pose, shown, ())
+        sample = _sampled(before, plant_state, 0, constants)
+        return SensorState(before.angles, before.reckoned, before.slipped, each_sample(sample))
+
+    return start
+
+
+def sensor_start(constants: SensorConstants) -> Callable[[PlantState, SensorConstants], SensorState]:
+    """Return `sensors_at_start` for constants with these windows and delays."""
+    return make_sensor_start(constants.encoders.periods + 1, samples_on_their_way(constants.odometry) + 1)
+
+
+def sensors_at_start(plant_state: PlantState, constants: SensorConstants) -> SensorState:
+    """Return the sensors at a run's start: the first sample is taken there and shown from the start on."""
+    return sensor_start(constants)(plant_state, constants)
 
 
 @jitable

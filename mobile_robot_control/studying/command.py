@@ -8,7 +8,8 @@ For example:
 
 Files written to DIR:
   study.json  statistics of each controller (docs/metrics.md#studyjson)
-  runs.csv    one row per run and controller, numbered from 1 (docs/metrics.md#studyjson)
+  runs.csv    one row per run and controller, numbered from 1 (docs/metrics.md#studyjson); of more than
+              100,000 of a controller the first ones, unless --all-runs is given
   study.html  the best controller and its lead with an interval, success rates, distributions of all
               metrics, the map of the starts with the numbers of each run under the pointer, and a
               sortable table of all runs with the command that repeats each; the first 8 runs in
@@ -57,6 +58,8 @@ class StudyFiles(NamedTuple):
 
     output: Annotated[str, Field('', 'folder for all files')]
     overwrite: Annotated[bool, Field('', 'replace a study in this folder')] = False
+    all_runs: Annotated[bool, Field('', 'write all runs into runs.csv, and not only the first 100,000 of each '
+                                        'controller')] = False
     only: Annotated[int | None, Field('', 'repeat run N alone, from 1 on, with all controllers, into a report in '
                                       'DIR/run_N', minimum=1)] = None
 
@@ -79,7 +82,7 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
     if not results:
         print('study: interrupted before the first runs were done', file=sys.stderr)
         return 1
-    write_study(study_of(request, results, command_line, interrupt.requested), folder)
+    write_study(study_of(request, results, command_line, interrupt.requested), folder, files.all_runs)
     print(*answer_lines(study_answer(request, results), study_lines(request, results), str(folder / 'study.html')),
           sep='\n')
     if interrupt.requested:

@@ -5,8 +5,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from mobile_robot_control.loop.metric_table import BAND, METRIC_TABLE
-from mobile_robot_control.loop.monte_carlo import CONFIDENCE, Judged, metric_labels
+from mobile_robot_control.loop.monte_carlo import CONFIDENCE, Judged, JudgedRuns, metric_labels
 from mobile_robot_control.studying.tail_probabilities import binomial_interval, student_quantile
 
 COMPARED = ('late_max_position_error', 'rms_position_error')
@@ -103,18 +105,18 @@ def mean_interval(values: Sequence[float], confidence: float) -> tuple[float, fl
     if n < 2:
         return -math.inf, math.inf
     mean = math.fsum(values) / n
-    variance = math.fsum((value - mean) * (value - mean) for value in values) / (n - 1)
+    apart = np.asarray(values) - mean
+    variance = math.fsum((apart * apart).tolist()) / (n - 1)
     half = student_quantile(confidence, n - 1) * math.sqrt(variance / n) if variance else 0.0
     return mean - half, mean + half
 
 
-def _difference(
-    metric: str, pairs: Sequence[tuple[Judged, Judged]], confidence: float
-) -> Difference:
+def _difference(metric: str, first: JudgedRuns, second: JudgedRuns, confidence: float) -> Difference:
     """Compare one metric over pairs of successful runs."""
-    values = [(a.metrics[metric], b.metrics[metric]) for a, b in pairs]
+    a, b = first.metrics[metric], second.metrics[metric]
     # an error that does not settle has no settling time, and a base that takes velocities has no torque
-    found = [a - b for a, b in values if math.isfinite(a) and math.isfinite(b)]
+    known = np.isfinite(a) & np.isfinite(b)
+    found = (a[known] - b[known]).tolist()
     return Difference(metric, len(found), math.fsum(found) / len(found) if found else math.nan,
                       mean_interval(found, confidence), confidence)
 
@@ -139,15 +141,15 @@ def compare(
         has 1/n of the probability of error (Bonferroni); so do those of success, among themselves.
 
     """
-    ran = list(zip(*runs, strict=False))
-    both = [(a, b) for a, b in ran if a.success and b.success]
-    only_first = sum(a.success and not b.success for a, b in ran)
-    only_second = sum(b.success and not a.success for a, b in ran)
+    a, b = (JudgedRuns.of(one)[:min(map(len, runs))] for one in runs)
+    both = a.success & b.success
+    first, second = a.chosen(both), b.chosen(both)
+    only_first, only_second = int(np.count_nonzero(a.success & ~both)), int(np.count_nonzero(b.success & ~both))
     alone, confidence = only_first + only_second, _of_each(pairs)
     return Comparison(
-        *names, len(ran), len(both), only_first, only_second,
+        *names, len(a), len(first), only_first, only_second,
         binomial_interval(only_first, alone, confidence) if alone else (0.0, 1.0), confidence,
-        tuple(_difference(metric, both, _of_each(pairs * len(metrics))) for metric in metrics))
+        tuple(_difference(metric, first, second, _of_each(pairs * len(metrics))) for metric in metrics))
 
 
 def _of_each(intervals: int) -> float:
@@ -167,14 +169,13 @@ def best_of(controllers: Mapping[str, Sequence[Judged]], metrics: Sequence[str] 
 
     Scenarios that not all of them ran are left out; for the metric, also those in which any failed or has no value.
     """
-    ran = list(zip(*controllers.values(), strict=False))
-    successes = [sum(run.success for run in runs) for runs in zip(*ran, strict=True)]
-    metric, *_ = metrics
-    shared = [[run.metrics[metric] for run in runs] for runs in ran if all(run.success for run in runs)]
+    length, (metric, *_) = min(map(len, controllers.values())), metrics
+    ran = [JudgedRuns.of(runs)[:length] for runs in controllers.values()]
+    shared = np.all([one.success & np.isfinite(one.metrics[metric]) for one in ran], axis=0)
     sign = -1.0 if METRIC_TABLE[metric].better == 'larger' else 1.0
-    sums = [sign * math.fsum(values[k] for values in shared if all(map(math.isfinite, values)))
-            for k in range(len(controllers))]
-    return list(controllers)[min(range(len(controllers)), key=lambda k: (-successes[k], sums[k]))]
+    order = [(-int(np.count_nonzero(one.success)), sign * math.fsum(one.metrics[metric][shared].tolist()))
+             for one in ran]
+    return list(controllers)[order.index(min(order))]
 
 
 def _shown(value: float, unit: str) -> str:

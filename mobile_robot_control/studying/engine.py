@@ -2,6 +2,7 @@
 
 import math
 import os
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from operator import mul
 from os import PathLike, fspath
@@ -9,24 +10,27 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mobile_robot_control.analysis.promises import Promise, brief_lines, promise, promise_values
 from mobile_robot_control.elementary import normal
 from mobile_robot_control.identification.result import read_estimates
+from mobile_robot_control.loop.drawn import Drawing, judged_rows
 from mobile_robot_control.loop.indices import TRUE
 from mobile_robot_control.loop.metric_table import BAND
 from mobile_robot_control.loop.monte_carlo import (
     LARGEST_SEED,
     METRICS,
     WITHIN,
-    Judged,
+    Floats,
+    JudgedRuns,
     ScenarioDistribution,
+    Scenarios,
     draw_scenarios,
-    judge,
     success_text,
     summarise_runs,
 )
-from mobile_robot_control.loop.scenarios import Scenario, check_laps, configured_scenario, scenario_trial, with_robot
+from mobile_robot_control.loop.scenarios import check_laps, configured_scenario, with_robot
 from mobile_robot_control.loop.workers import TrialRunner, Workers
 from mobile_robot_control.model.motors import LONGEST_DELAY
 from mobile_robot_control.model.noise import Noise
@@ -188,10 +192,10 @@ class StudyRequest(NamedTuple):
         return self.sources._replace(robot=robot)
 
 
-_BATCH = 100
+_BATCH, _MOST = 100, 10_000
+"""Runs in a batch: as many at first, and more if it takes less time than `_SHORT` [s]."""
+_SHORT = 0.3
 _VARIATION = 0.2
-_SCENARIO = ('controller', 'curve', 'scale', 'start_x', 'start_y', 'start_yaw', 'mass_factor', 'friction_factor',
-             'noise_seed', 'delay', 'success', 'outcome')
 
 
 class StudiedController(NamedTuple):
@@ -200,9 +204,9 @@ class StudiedController(NamedTuple):
 
     Attributes
     ----------
-    scenarios : list of Scenario
+    scenarios : Scenarios
         Of all runs, including those that an interrupt has cut off.
-    judged : list of Judged
+    judged : JudgedRuns
         Of completed runs, at least one, in the order of the scenarios.
     promise : Promise
         The modelled effects, and the margins.
@@ -210,8 +214,8 @@ class StudiedController(NamedTuple):
         Of all runs.
     """
 
-    scenarios: list[Scenario]
-    judged: list[Judged]
+    scenarios: Scenarios
+    judged: JudgedRuns
     promise: Promise
     parameters: Configuration
 
@@ -221,7 +225,7 @@ def _curves(request: StudyRequest, parameters: Configuration) -> tuple[str, ...]
     return (PATH,) if parameters.reference_cart.curve.curve == PATH else request.curves
 
 
-def drawn_scenarios(request: StudyRequest, parameters: Configuration) -> list[Scenario]:
+def drawn_scenarios(request: StudyRequest, parameters: Configuration) -> Scenarios:
     """Draw the scenarios of a controller."""
     nominal = configured_scenario(parameters)
     noise = Noise(
@@ -232,11 +236,12 @@ def drawn_scenarios(request: StudyRequest, parameters: Configuration) -> list[Sc
                                         request.varied_by, noise, request.longest_delay or 0)
     drawn = draw_scenarios(distribution, request.runs, request.seed)
     if request.longest_delay is None:
-        drawn = [scenario._replace(delay=nominal.delay) for scenario in drawn]
-    if request.robot_uncertainty is None:
-        return drawn
-    robots = draw_robots(request.robot_uncertainty, parameters, request.runs, request.seed)
-    return [scenario._replace(robot=robot) for scenario, robot in zip(drawn, robots, strict=True)]
+        drawn.delay[:] = nominal.delay
+    if request.robot_uncertainty is not None:
+        robots = [*draw_robots(request.robot_uncertainty, parameters, request.runs, request.seed)]
+        drawn.robot_names = tuple(name for name, _ in robots[0])
+        drawn.robots = np.array([[value for _, value in one] for one in robots])
+    return drawn
 
 
 def studied_controllers(request: StudyRequest) -> dict[str, Configuration]:
@@ -286,25 +291,27 @@ def run_study(
         if stopped():
             break
         scenarios = drawn_scenarios(request, parameters)
-        judged: list[Judged] = []
-        for first in range(0, len(scenarios), _BATCH):
-            if stopped():
-                break
-            drawn = (scenario_trial(parameters, scenario, request.laps, request.laps * 0.75)
-                     for scenario in scenarios[first:first + _BATCH])
-            batch = [one._replace(form=one.form._replace(indices=True, band=request.settled_within)) for one in drawn]
+        drawing = Drawing(parameters, request.laps, request.laps * 0.75,
+                          lambda form: form._replace(indices=True, band=request.settled_within),
+                          request.success_within, {})
+        rows: list[Floats] = []
+        first, size = 0, _BATCH
+        while first < len(scenarios) and not stopped():
+            batch, begun = scenarios[first:first + size], time.perf_counter()
             try:
-                outcomes = run(batch)
+                rows.append(judged_rows(run, drawing, batch))
             except KeyboardInterrupt:
                 # of a batch that takes long: the ones before it count
                 if not stopped():
                     raise
                 break
-            judged += [judge(one, outcome, request.success_within)
-                       for one, outcome in zip(batch, outcomes, strict=True)]
             progress(len(batch))
-        if judged:
-            results[name] = StudiedController(scenarios, judged, promise(parameters, scenarios), parameters)
+            first += size
+            if time.perf_counter() - begun < _SHORT:
+                size = min(2 * size, _MOST)
+        if rows:
+            results[name] = StudiedController(scenarios, JudgedRuns.of_rows(np.concatenate(rows)),
+                                              promise(parameters, scenarios), parameters)
     return results
 
 
@@ -329,7 +336,7 @@ def study_values(
     }
 
 
-def _judged(results: Mapping[str, StudiedController]) -> dict[str, list[Judged]]:
+def _judged(results: Mapping[str, StudiedController]) -> dict[str, JudgedRuns]:
     return {name: studied.judged for name, studied in results.items()}
 
 
@@ -353,22 +360,16 @@ def study_lines(request: StudyRequest, results: Mapping[str, StudiedController])
             *as_lines([*failures, *compared])]
 
 
-def study_columns(results: Mapping[str, StudiedController]) -> Sequence[str]:
-    """Return the names of the columns of `runs.csv`."""
-    first = next(iter(results.values()))
-    return (*_SCENARIO, *(name for name, _ in first.scenarios[0].robot), *first.judged[0].metrics)
-
-
-def study_rows(results: Mapping[str, StudiedController]) -> Iterator[list[Any]]:
-    """Yield the rows of `runs.csv`, one a run; unknown metrics are nan."""
-    for controller, studied in results.items():
-        for scenario, run in zip(studied.scenarios, studied.judged, strict=False):
-            assert scenario.start is not None  # noqa: S101 (for mypy: drawn ones have a start)
-            yield [controller, scenario.curve, scenario.scale, *scenario.start, scenario.mass, scenario.friction,
-                   scenario.noise.seed, scenario.delay, int(run.success), run.outcome,
-                   *(value for _, value in scenario.robot), *run.metrics.values()]
-
-
-def as_cell(value: Any) -> Any:
-    """Return a value for a cell of `runs.csv`: empty for nan."""
-    return '' if isinstance(value, float) and math.isnan(value) else value
+def study_columns(results: Mapping[str, StudiedController], most: int | None = None) -> dict[str, NDArray[Any]]:
+    """Return the columns of `runs.csv`, a row for each run, or `most`, of each controller; unknown metrics are nan."""
+    each = []
+    for controller, (scenarios, ran, *_) in results.items():
+        judged = ran[:most]
+        done = scenarios[:len(judged)]
+        each.append({
+            'controller': np.full(len(done), controller), 'curve': done.curve, 'scale': done.scale,
+            **dict(zip(('start_x', 'start_y', 'start_yaw'), done.start.T, strict=True)),
+            'mass_factor': done.mass, 'friction_factor': done.friction, 'noise_seed': done.seed, 'delay': done.delay,
+            'success': judged.success, 'outcome': judged.outcome,
+            **dict(zip(done.robot_names, done.robots.T, strict=True)), **judged.metrics})
+    return {name: np.concatenate([one[name] for one in each]) for name in each[0]}

@@ -10,16 +10,16 @@ from numpy.typing import NDArray
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.elementary import exp, hypot, log
-from mobile_robot_control.loop.monte_carlo import CONFIDENCE, Judged
+from mobile_robot_control.loop.monte_carlo import CONFIDENCE, Judged, JudgedRuns, Scenarios
 from mobile_robot_control.loop.scenarios import Scenario
-from mobile_robot_control.quantities import Pose
 from mobile_robot_control.studying.tail_probabilities import log_hypergeometric_tail
 
 _PARTS = 20
 """A quantity is split at each twentieth of the scenarios."""
 FEW = 3
 """Up to so many failures are listed, and no split is sought: any few scenarios have something in common."""
-_AT_START = Pose(0.0, 0.0, 0.0)
+LISTED = 1000
+"""Most failures that `study.json` lists."""
 
 
 class Quantity(NamedTuple):
@@ -31,24 +31,25 @@ class Quantity(NamedTuple):
     words, unit : str
         Name and unit in texts.
     of : callable
-        Returns its value in a scenario, a number or a name.
+        Returns its values in scenarios, numbers or names.
 
     """
 
     words: str
     unit: str
-    of: Callable[[Scenario], Any]
+    of: Callable[[Scenarios], NDArray[Any]]
 
 
 QUANTITIES: dict[str, Quantity] = {
-    'curve': Quantity('curve', '', lambda one: one.curve),
-    'scale': Quantity('scale', 'm', lambda one: one.scale),
-    'start_distance': Quantity('start distance', 'm', lambda one: hypot(*(one.start or _AT_START)[:2])),
+    'curve': Quantity('curve', '', lambda some: some.curve),
+    'scale': Quantity('scale', 'm', lambda some: some.scale),
+    'start_distance': Quantity('start distance', 'm',
+                               lambda some: np.array([*map(hypot, *some.start.T[:2].tolist())])),
     'start_heading_error': Quantity('start heading error', 'rad',
-                                    lambda one: abs(wrap_angle((one.start or _AT_START).heading))),
-    'mass_factor': Quantity('mass factor', '', lambda one: one.mass),
-    'friction_factor': Quantity('friction factor', '', lambda one: one.friction),
-    'delay': Quantity('delay', 'velocity periods', lambda one: one.delay),
+                                    lambda some: np.abs([*map(wrap_angle, some.start.T[2].tolist())])),
+    'mass_factor': Quantity('mass factor', '', lambda some: some.mass),
+    'friction_factor': Quantity('friction factor', '', lambda some: some.friction),
+    'delay': Quantity('delay', 'velocity periods', lambda some: some.delay),
 }
 """By the name in `study.json`. The strength of the noise is the same in all scenarios of a study."""
 
@@ -91,18 +92,18 @@ def shown(quantity: str, value: float | str) -> str:
     return f'{text} {QUANTITIES[quantity].unit}'.strip()
 
 
-def _parts(values: Sequence[Any]) -> Iterator[tuple[str, float | str, NDArray[np.bool_]]]:
+def _parts(values: NDArray[Any]) -> Iterator[tuple[str, float | str, NDArray[np.bool_]]]:
     """Yield the parts of the scenarios by the values of a quantity: side, value, and a mask of the scenarios."""
-    array, distinct = np.array(values), sorted(set(values))
+    distinct = np.unique(values).tolist()
     if isinstance(distinct[0], str):
-        yield from (('is', value, array == value) for value in distinct)
+        yield from (('is', value, values == value) for value in distinct)
         return
     if len(distinct) > _PARTS:
-        ordered = sorted(values)
-        distinct = [ordered[n * len(ordered) // _PARTS] for n in range(1, _PARTS)]
+        ordered = np.sort(values)
+        distinct = [float(ordered[n * len(ordered) // _PARTS]) for n in range(1, _PARTS)]
     # limits have the printed precision, so that the printed split is exact
     for limit in sorted({float(f'{limit:.3g}') for limit in distinct}):
-        above = array > limit
+        above = values > limit
         yield 'above', limit, above
         yield 'at most', limit, ~above
 
@@ -125,13 +126,13 @@ def best_split(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> Split
     Split or None
         None if even that one may be chance, and if few or all runs failed.
     """
-    failed = np.array([not run.success for run in judged], dtype=bool)
+    drawn_runs, failed = Scenarios.of(scenarios)[:len(judged)], ~JudgedRuns.of(judged).success
     failures, runs = int(failed.sum()), len(judged)
     if failures <= FEW or failures == runs:
         return None
     tried, found = 0, Split('', '', '', (0, 0), (0, 0), math.inf)
     for name, quantity in QUANTITIES.items():
-        for side, value, inside in _parts([quantity.of(one) for one in scenarios[:runs]]):
+        for side, value, inside in _parts(quantity.of(drawn_runs)):
             drawn, there = int(inside.sum()), int((inside & failed).sum())
             if not 0 < drawn < runs:
                 continue
@@ -149,28 +150,36 @@ _ENDS = {'completed': 'too far from the reference over the last quarter', 'diver
          'law_failed': 'with a position law that failed'}
 
 
-def _failed(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> list[tuple[int, Scenario, Judged]]:
-    """Return number (from 1), scenario and run of the failures."""
-    return [(number, scenario, run) for number, (scenario, run) in enumerate(
-        zip(scenarios, judged, strict=False), 1) if not run.success]
+def _failed(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> tuple[list[int], Scenarios, JudgedRuns]:
+    """Return the failures: their numbers, from 1, their scenarios, and the runs."""
+    runs = JudgedRuns.of(judged)
+    failed = np.flatnonzero(~runs.success)
+    return (failed + 1).tolist(), Scenarios.of(scenarios).chosen(failed), runs.chosen(failed)
+
+
+def _words(scenarios: Scenarios) -> list[str]:
+    """Describe the conditions of each of some runs."""
+    columns = [[f'{quantity.words} {shown(name, value)}' for value in quantity.of(scenarios).tolist()]
+               for name, quantity in QUANTITIES.items()]
+    return [*map(', '.join, zip(*columns, strict=True))]
 
 
 def scenario_text(scenario: Scenario) -> str:
     """Describe the conditions of a run."""
-    return ', '.join(f'{quantity.words} {shown(name, quantity.of(scenario))}' for name, quantity in QUANTITIES.items())
+    return _words(Scenarios.of([scenario]))[0]
 
 
 def failure_texts(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> Iterator[str]:
     """Yield sentences on the failures of a controller; none if there are none."""
-    failed = _failed(scenarios, judged)
+    failed, where, runs = _failed(scenarios, judged)
     if not failed:
         return
-    ends = Counter(run.outcome for _, _, run in failed)
+    ends = Counter(runs.outcome.tolist())
     how = ', '.join(f'{count} {_ENDS[outcome]}' if len(ends) > 1 else _ENDS[outcome]
                     for outcome, count in sorted(ends.items()))
     yield f'{len(failed)} of {len(judged)} {"fails" if len(failed) == 1 else "fail"}: {how}'
     if len(failed) <= FEW:
-        yield from (f'run {number}: {scenario_text(scenario)}' for number, scenario, _ in failed)
+        yield from map('run {}: {}'.format, failed, _words(where))
         return
     split = best_split(scenarios, judged)
     if split:
@@ -192,10 +201,10 @@ def _range_text(name: str, found: Sequence[Any]) -> str:
 
 def _ranges(scenarios: Sequence[Scenario], judged: Sequence[Judged], success: bool) -> dict[str, list[Any]]:
     """Return the range of each quantity among failures or successes; for names all values, and [] without any run."""
-    chosen = [scenario for scenario, run in zip(scenarios, judged, strict=False) if run.success is success]
+    chosen = Scenarios.of(scenarios).chosen(np.flatnonzero(JudgedRuns.of(judged).success == success))
 
     def of(quantity: Quantity) -> list[Any]:
-        values = sorted({quantity.of(scenario) for scenario in chosen})
+        values = np.unique(quantity.of(chosen)).tolist()
         return values if not values or isinstance(values[0], str) else [values[0], values[-1]]
 
     return {name: of(quantity) for name, quantity in QUANTITIES.items()}
@@ -203,14 +212,16 @@ def _ranges(scenarios: Sequence[Scenario], judged: Sequence[Judged], success: bo
 
 def failure_values(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> dict[str, Any]:
     """Return the failures of a controller, as in `study.json`."""
-    failed, split = _failed(scenarios, judged), best_split(scenarios, judged)
+    (failed, where, runs), split = _failed(scenarios, judged), best_split(scenarios, judged)
+    listed = where[:LISTED]
+    columns = {'run': failed[:LISTED], 'outcome': runs.outcome[:LISTED].tolist(),
+               **{name: quantity.of(listed).tolist() for name, quantity in QUANTITIES.items()},
+               'noise_seed': listed.seed.tolist()}
     return {
         'count': len(failed),
-        'outcomes': dict(sorted(Counter(run.outcome for _, _, run in failed).items())),
+        'outcomes': dict(sorted(Counter(runs.outcome.tolist()).items())),
         'split': split._asdict() | {'words': split.words} if split else None,
         'ranges': {'failures': _ranges(scenarios, judged, success=False),
                    'successes': _ranges(scenarios, judged, success=True)},
-        'scenarios': [{'run': number, 'outcome': run.outcome} | {
-            name: quantity.of(scenario) for name, quantity in QUANTITIES.items()} | {
-            'noise_seed': scenario.noise.seed} for number, scenario, run in failed],
+        'scenarios': [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)],
     }

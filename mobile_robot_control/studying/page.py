@@ -1,6 +1,5 @@
 """The page of a study: success rates, a map of starts, distributions of the metrics, failures to replay."""
 
-import math
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
@@ -8,13 +7,21 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mobile_robot_control.analysis.promises import Promise
 from mobile_robot_control.figures.drawing import plain
 from mobile_robot_control.figures.figure import Figure, Floats, Marks, Panel
 from mobile_robot_control.figures.palette import LINES, on_dark
 from mobile_robot_control.loop.metric_table import BAND
-from mobile_robot_control.loop.monte_carlo import Judged, metric_labels, success_text, summarise_runs
+from mobile_robot_control.loop.monte_carlo import (
+    Judged,
+    JudgedRuns,
+    Scenarios,
+    metric_labels,
+    success_text,
+    summarise_runs,
+)
 from mobile_robot_control.loop.scenarios import Scenario
 from mobile_robot_control.pages import page
 from mobile_robot_control.pages.page import asset, pack
@@ -26,7 +33,6 @@ from mobile_robot_control.pages.page_parts import (
     replay_styles,
 )
 from mobile_robot_control.pages.replay_data import replay_data
-from mobile_robot_control.quantities import Pose
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.words import quantities
 from mobile_robot_control.studying.comparison import COMPARED, answer_text, comparison_texts
@@ -35,6 +41,8 @@ from mobile_robot_control.system.files import write_atomically
 
 FAILURES, MEDIANS = 8, 3
 """Most runs that can be replayed."""
+SHOWN = 5000
+"""Most runs of a controller on the page."""
 _LARGEST = 3.0e38
 _POINTS, _POSES = 400, 1000
 """Points of a distribution, and poses of a replay."""
@@ -93,19 +101,37 @@ def chosen_runs(controllers: Iterable[Sequence[Judged]]) -> list[int]:
     They are the first in which any controller fails and, of those in which all succeed, three in the middle of the sum
     of their late errors.
     """
-    ran = list(zip(*controllers, strict=False))
-    failures = [n for n, runs in enumerate(ran) if not all(run.success for run in runs)][:FAILURES]
-    ordered = sorted((n for n, runs in enumerate(ran) if all(run.success for run in runs)),
-                     key=lambda n: sum(run.metrics['late_max_position_error'] for run in ran[n]))
+    each = [*map(JudgedRuns.of, controllers)]
+    length = min(map(len, each))
+    succeed = np.all([one.success[:length] for one in each], axis=0)
+    failures: list[int] = np.flatnonzero(~succeed)[:FAILURES].tolist()
+    late = [one.metrics['late_max_position_error'][:length] for one in each]
+    among = np.flatnonzero(succeed)
+    ordered: list[int] = among[np.argsort(np.add.reduce(late)[among], kind='stable')].tolist()
     first = max(0, (len(ordered) - MEDIANS) // 2)
     return failures + ordered[first:first + MEDIANS]
+
+
+def shown_runs(judged: JudgedRuns, replays: Iterable[int]) -> NDArray[np.int64]:
+    """
+    Return the indices of the runs on the page, ascending: all, or of many `SHOWN`.
+
+    Those are the replays, the worst tenth of them by late error, diverged runs first, and evenly spaced others.
+    """
+    runs = len(judged)
+    if runs <= SHOWN:
+        return np.arange(runs)
+    worst = np.argsort(-judged.metrics['late_max_position_error'], kind='stable')[:SHOWN // 10]
+    chosen = np.unique(np.concatenate([np.array([*replays], np.int64), worst]))
+    others = np.setdiff1d(np.arange(runs), chosen)
+    return np.union1d(chosen, others[np.linspace(0, len(others) - 1, SHOWN - len(chosen)).astype(int)])
 
 
 def starts_figure(controllers: Mapping[str, StudiedRuns]) -> Figure:
     """Return the map of a study: the starts, marked by outcome, and the region of most failures."""
     panels = []
     for name, runs in controllers.items():
-        share = sum(run.success for run in runs.judged) / len(runs.judged)
+        share = float(np.count_nonzero(JudgedRuns.of(runs.judged).success)) / len(runs.judged)
         split = best_split(runs.scenarios, runs.judged)
         circle = split.value if split and split.quantity == 'start_distance' and isinstance(split.value, float) else 0.0
         title = '\n'.join([plain(f'{name.replace("_", " ")}: {100.0 * share:.2f} %'), *_split_lines(split)])
@@ -116,17 +142,18 @@ def starts_figure(controllers: Mapping[str, StudiedRuns]) -> Figure:
 
 def _marks(runs: StudiedRuns) -> Iterator[Marks]:
     """Yield the starts of runs by outcome."""
-    starts = [(run, scenario.start) for scenario, run in zip(runs.scenarios, runs.judged, strict=False)
-              if scenario.start is not None]
-    yield Marks('success', 'o', 6.0, 0, _places(start for run, start in starts if run.success))
+    judged = JudgedRuns.of(runs.judged)
+    starts, shown = Scenarios.of(runs.scenarios).start[:len(judged)], np.zeros(len(judged), bool)
+    shown[_shown_of(runs, judged)] = True
+    yield Marks('success', 'o', 6.0, 0, starts[judged.success & shown])
     for outcome, (marker, size, label) in _FAILED.items():
-        places = _places(start for run, start in starts if not run.success and run.outcome == outcome)
+        places = starts[~judged.success & shown & (judged.outcome == outcome)]
         if len(places):
             yield Marks(label, marker, size, 1, places, with_headings=True)
 
 
-def _places(starts: Iterable[Pose]) -> Floats:
-    return np.array([tuple(start) for start in starts], float).reshape(-1, 3)
+def _shown_of(runs: StudiedRuns, judged: JudgedRuns) -> NDArray[np.int64]:
+    return shown_runs(judged, runs.replays) if judged.metrics else np.arange(len(judged))
 
 
 def _split_lines(split: Split | None) -> list[str]:
@@ -137,9 +164,9 @@ def _split_lines(split: Split | None) -> list[str]:
     return textwrap.wrap(f'{split.words}: {there} of {drawn} fail, elsewhere {rest} of {others}', _TITLE_WIDTH)
 
 
-def _distribution(values: Sequence[float]) -> list[float]:
+def _distribution(values: Floats) -> list[float]:
     """Return finite values in ascending order, some hundred at most, including the smallest and the largest."""
-    known = np.sort([value for value in values if math.isfinite(value)])
+    known = np.sort(values[np.isfinite(values)])
     return [float(value) for value in known[np.linspace(0, known.size - 1, min(known.size, _POINTS)).astype(int)]]
 
 
@@ -151,7 +178,7 @@ def _labels(judgement: Judgement) -> dict[str, tuple[str, str]]:
 
 def _shown(runs: StudiedRuns, labels: Iterable[str]) -> list[str]:
     """Return the names of the metrics of runs."""
-    return [metric for metric in labels if metric in runs.judged[0].metrics]
+    return [metric for metric in labels if metric in JudgedRuns.of(runs.judged).metrics]
 
 
 def study_data(controllers: Mapping[str, StudiedRuns], judgement: Judgement, command_line: str = '') -> dict[str, Any]:
@@ -164,18 +191,19 @@ def study_data(controllers: Mapping[str, StudiedRuns], judgement: Judgement, com
 
 
 def _of_controller(name: str, runs: StudiedRuns, shown: Iterable[str], color: str) -> dict[str, Any]:
-    done = list(zip(runs.scenarios, runs.judged, strict=False))
-    starts = [scenario.start for scenario, _ in done if scenario.start is not None]
-    metrics = {metric: [run.metrics[metric] for _, run in done] for metric in _shown(runs, shown)}
+    judged = JudgedRuns.of(runs.judged)
+    chosen = _shown_of(runs, judged)
+    starts = Scenarios.of(runs.scenarios).start[chosen]
+    metrics = {one: judged.metrics[one] for one in _shown(runs, shown)}
+    columns = {**dict(zip(('x', 'y', 'heading'), starts.T, strict=True)), 'success': judged.success[chosen],
+               **{one: np.where(np.abs(values) < _LARGEST, values, np.nan)[chosen] for one, values in metrics.items()}}
     return {
-        'name': name, 'light': color, 'dark': on_dark(color), 'count': len(done),
-        'columns': {**{axis: pack([getattr(start, axis) for start in starts]) for axis in ('x', 'y', 'heading')},
-                    'success': pack([float(run.success) for _, run in done]),
-                    **{metric: pack(np.where(np.abs(values) < _LARGEST, values, np.nan))
-                       for metric, values in metrics.items()}},
-        'distributions': {metric: {'of': len(values), 'values': _distribution(values)}
-                          for metric, values in metrics.items()},
-        'replays': {str(n): replayed for n, run in runs.replays.items()
+        'name': name, 'light': color, 'dark': on_dark(color), 'count': len(chosen), 'of': len(judged),
+        'numbers': (chosen + 1).tolist(),
+        'columns': {one: pack(values.astype(float)) for one, values in columns.items()},
+        'distributions': {one: {'of': len(values), 'known': int(np.count_nonzero(np.isfinite(values))),
+                                'values': _distribution(values)} for one, values in metrics.items()},
+        'replays': {str(np.searchsorted(chosen, n)): replayed for n, run in runs.replays.items()
                     if (replayed := replay_data([run], _POSES)) is not None},
     }
 
@@ -207,6 +235,9 @@ def _parts(
     said = ''.join(f'<p{"" if n else " class=answer"}>{escape(text)}.</p>' for n, text in enumerate(answers))
     yield f'<section class="first"><h1>Study</h1>{said}</section>'
     yield f'<p class="soft">Success: {escape(judgement.criterion)}.</p>'
+    if any(len(runs.judged) > SHOWN for runs in controllers.values()):
+        yield (f'<p class="soft">The map and the table show {SHOWN:,} runs of each controller: the replays, the '
+               f'{SHOWN // 10:,} worst, and evenly spaced others. All other numbers are of all runs.</p>')
     if interrupted:
         yield page.warning('What is missing', ['the study was interrupted; the page has the runs that were done'])
     compared = list(comparison_texts(judged, judgement.metrics, judgement.band))

@@ -3,7 +3,8 @@
 import csv
 import io
 import json
-from collections.abc import Collection, Mapping, Sequence
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -26,11 +27,9 @@ from mobile_robot_control.settings.provenance import call_text, provenance
 from mobile_robot_control.studying.engine import (
     StudiedController,
     StudyRequest,
-    as_cell,
     run_study,
     studied_controllers,
     study_columns,
-    study_rows,
     study_values,
 )
 from mobile_robot_control.studying.page import Judgement, StudiedRuns, chosen_runs, starts_figure, write_study_page
@@ -108,22 +107,28 @@ def study_of(
     request: StudyRequest, studied: dict[str, StudiedController], command_line: str, interrupted: bool = False
 ) -> Study:
     """Return the result of a study, whose runs may have ended with an interrupt."""
-    columns = zip(*study_rows(studied), strict=True)
-    table = {name: np.array(column) for name, column in zip(study_columns(studied), columns, strict=True)}
     made = provenance(command_line, {name: one.parameters for name, one in studied.items()})
-    return Study(study_values(request, studied, interrupted), {**table, 'success': table['success'].astype(bool)}, made,
-                 request, studied)
+    return Study(study_values(request, studied, interrupted), study_columns(studied), made, request, studied)
 
 
-def write_study(made: Study, folder: Path) -> Path:
-    """Write `study.json`, `runs.csv`, `starts.png` and `study.html` into a folder, and return the page."""
+ROWS = 100_000
+"""Most rows of `runs.csv`, unless all are asked for."""
+
+
+def write_study(made: Study, folder: Path, all_runs: bool = False) -> Path:
+    """
+    Write `study.json`, `runs.csv`, `starts.png` and `study.html` into a folder, and return the page.
+
+    `runs.csv` has the first `ROWS` runs of each controller, or all.
+    """
     # imported late: Matplotlib takes a second
     from mobile_robot_control.figures.drawing import draw_and_save  # noqa: PLC0415
 
     request, interrupted = made.request, made.values['interrupted']
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / 'study.json', json.dumps({**made.values, 'provenance': made.provenance}, indent=2) + '\n')
-    write_atomically(folder / 'runs.csv', _table(made.studied))
+    write_atomically(folder / 'runs.csv', ''.join(csv_lines(
+        made.runs if all_runs else study_columns(made.studied, ROWS))))
     # after Ctrl-C nothing more is run
     chosen = [] if interrupted else chosen_runs([one.judged for one in made.studied.values()])
     shown = {name: StudiedRuns(one.scenarios, one.judged, one.promise, replayed_runs(one, request.laps, chosen))
@@ -134,13 +139,28 @@ def write_study(made: Study, folder: Path) -> Path:
     return folder / 'study.html'
 
 
-def _table(studied: Mapping[str, StudiedController]) -> str:
-    """Return all runs as CSV."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
-    writer.writerow(study_columns(studied))
-    writer.writerows(map(as_cell, row) for row in study_rows(studied))
-    return text.getvalue()
+def csv_lines(columns: Mapping[str, NDArray[Any]]) -> Iterator[str]:
+    """Yield columns as the lines of a CSV file, empty cells for nan."""
+    yield f'{",".join(columns)}\n'
+    cells = [_cells(column) for column in columns.values()]
+    yield from map('{}\n'.format, map(','.join, zip(*cells, strict=True)))
+
+
+def _cells(column: NDArray[Any]) -> list[str]:
+    """Return a column as cells of a CSV file."""
+    if column.dtype.kind == 'f':
+        return ['' if math.isnan(value) else repr(value) for value in column.tolist()]
+    if column.dtype.kind != 'U':
+        return [*map(str, column.astype(int).tolist())]
+    known = {value: _quoted(value) for value in np.unique(column).tolist()}
+    return [known[value] for value in column.tolist()]
+
+
+def _quoted(text: str) -> str:
+    """Return a text as a cell of a CSV file."""
+    cell = io.StringIO()
+    csv.writer(cell, lineterminator='').writerow([text])
+    return cell.getvalue()
 
 
 def driven(parameters: Configuration, scenario: Scenario, laps: float) -> list[Sample]:

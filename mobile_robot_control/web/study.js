@@ -1,8 +1,8 @@
 // @ts-check
 // The page of a study: a map of starts with values under the pointer, replays of some runs, and distributions.
 //
-// `study-data` is what study/page.py packs. A run is shown by its number among those of its controller, from 1
-// on; in the data indices are from 0 on.
+// `study-data` is what studying/page.py packs. A run is shown by its number among those of its controller, from 1
+// on; in the data indices are from 0 on, among the runs that the page has.
 (function (mrc) {
   'use strict';
 
@@ -32,7 +32,7 @@
       const value = one.columns[name][run];
       return `${label} ${Number.isFinite(value) ? mrc.withUnit(value, unit) : 'not known'}`;
     });
-    return `run ${run + 1}: ${success[run] ? 'success' : 'failure'}; start ${mrc.number(x[run], 'm')}, `
+    return `run ${one.numbers[run]}: ${success[run] ? 'success' : 'failure'}; start ${mrc.number(x[run], 'm')}, `
       + `${mrc.number(y[run], 'm')}, ${mrc.number(heading[run], 'rad')}; ${values.slice(0, 3).join('; ')}`;
   }
 
@@ -98,7 +98,7 @@
       return best;
     }
 
-    const rest = `${one.count} runs; blue: success, orange: failure; ringed: can be replayed`;
+    const rest = `${one.count < one.of ? `${one.count} of ${one.of}` : one.count} runs; blue: success, orange: failure; ringed: can be replayed`;
     note.textContent = rest;
     canvas.addEventListener('mousemove', (event) => {
       const found = nearest(event);
@@ -114,7 +114,7 @@
       if (String(found) in one.replays) replay(one, String(found));
     });
     Object.keys(one.replays).forEach((run) => {
-      const button = mrc.element('button', '', `${success[run] ? 'median' : 'failure'} ${Number(run) + 1}`,
+      const button = mrc.element('button', '', `${success[run] ? 'median' : 'failure'} ${one.numbers[run]}`,
                                  {type: 'button', title: describe(one, Number(run))});
       button.addEventListener('click', () => replay(one, run));
       list.append(button);
@@ -142,8 +142,8 @@
     head.append(mrc.element('h4', '', `${label}${unit ? ` [${unit}]` : ''}${logarithmic ? ', logarithmic scale' : ''}`),
                 shown);
     // of the runs without a value, none has at most any
-    const joined = uPlot.join(lines.map(({values, of, one}) => {
-      const known = one.columns[name].filter(Number.isFinite).length, last = Math.max(1, values.length - 1);
+    const joined = uPlot.join(lines.map(({values, of, known}) => {
+      const last = Math.max(1, values.length - 1);
       const shares = new Map();
       values.forEach((value, n) => shares.set(value, 100 * known / of * (values.length > 1 ? n / last : 1)));
       return [[...shares.keys()], [...shares.values()]];
@@ -152,8 +152,8 @@
                              grid: {stroke: () => mrc.colour('--faint'), width: 1}, ...more});
     const show = (chart) => {
       const value = chart && chart.cursor.left >= 0 ? chart.posToVal(chart.cursor.left, 'x') : NaN;
-      lines.forEach(({one}, n) => {
-        const column = [...one.columns[name]], share = column.filter((each) => each <= value).length / column.length;
+      lines.forEach(({one, values, of, known}, n) => {
+        const share = known / of * values.filter((each) => each <= value).length / values.length;
         names[n].textContent = Number.isFinite(value)
           ? `${one.name}: ${(100 * share).toFixed(1)} % at most ${mrc.withUnit(value, unit)}` : one.name;
       });
@@ -184,7 +184,7 @@
     const command = mrc.element('pre', 'command');
     choice.setAttribute('aria-label', 'controller');
     data.controllers.forEach((one, n) => choice.append(new Option(one.name, String(n))));
-    const columns = [{label: 'run', of: (one, n) => n + 1}, {label: 'success', of: (one, n) => one.columns.success[n]},
+    const columns = [{label: 'run', of: (one, n) => one.numbers[n]}, {label: 'success', of: (one, n) => one.columns.success[n]},
       ...['x', 'y', 'heading'].map((name) => ({label: `start ${name}`, unit: name === 'heading' ? 'rad' : 'm', name})),
       ...data.metrics].map((column) => ({of: (one, n) => (one.columns[column.name] || [])[n], unit: '', ...column}));
     let sorted = 0, falling = false, shown = PAGE;

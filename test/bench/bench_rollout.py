@@ -7,29 +7,38 @@ import statistics
 import subprocess
 import tempfile
 import time
+from contextlib import closing
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 from helpers.observation import observed
 
 from bench.progress import show
 from bench.row import at_least, at_most
+from mobile_robot_control.analysis.promises import promise
 from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.tracking_error import tracking_error
-from mobile_robot_control.loop import batch
+from mobile_robot_control.loop import batch, drawn
+from mobile_robot_control.loop.drawn import run_draws
+from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.scenarios import configured_scenario
 from mobile_robot_control.loop.trial import cart_motion, make_trial, references
 from mobile_robot_control.model.robot import angular_inertia, half_separation, linear_inertia
+from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.search.objective import Goal, Objective
 from mobile_robot_control.search.search import SearchSettings, run_search
 from mobile_robot_control.search.space import search_genes
-from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.nodes import Configuration
+from mobile_robot_control.studying import engine
+from mobile_robot_control.studying.engine import StudyRequest, run_study, studied_controllers
+from mobile_robot_control.studying.study import csv_lines, study_of
 
 LAP = 16.0
 ROUNDS = 7
@@ -174,6 +183,32 @@ def _whole_search():
     return (time.process_time() - begun) / spent
 
 
+def _whole_study():
+    """Time of a study with its table by that of its rollouts alone, on one core, and its own time a run [us]."""
+    asked = {'sources': ParameterSources(), 'seed': 1, 'laps': 0.25}
+    known = promise(Configuration(), draw_scenarios(ScenarioDistribution(('line',), (1.0,)), 1, 1))
+
+    def timed(drawn):
+        nonlocal spent
+        begun = time.process_time()
+        found = run_draws(drawn)
+        spent += time.process_time() - begun
+        return found
+
+    # margins take a second, however many runs there are; the first study compiles
+    with (mock.patch.object(drawn, 'run_draws', timed), mock.patch.object(engine, 'promise', lambda *_: known),
+          closing(batch.Pool(1)) as pool):
+        for runs in (200, 20_000):
+            one = make_request(StudyRequest, {**asked, 'runs': runs})
+            controllers, spent = studied_controllers(one), 0.0
+            begun = time.process_time()
+            made = study_of(one, run_study(one, controllers, pool, lambda _: None, lambda: False), 'bench')
+            table = ''.join(csv_lines(made.runs))
+            whole = time.process_time() - begun
+    assert table.count('\n') == runs + 1
+    return whole / spent, 1e6 * (whole - spent) / runs
+
+
 def rows():
     """Measure; yields the rows of the table."""
     if not batch.COMPILES:
@@ -202,3 +237,6 @@ def rows():
     yield at_most('rollout of a robot as it is / ideal', ratio, 2.5, how)
     yield at_least('rollouts on one core / on two', _both_cores(trial), 1.8, 'wall time of 400 laps; needs idle cores')
     yield at_most('fuzzy search / its rollouts', _whole_search(), 1.15, 'CPU of 15 generations of 101, one core')
+    ratio, own = _whole_study()
+    yield at_most('study / its rollouts', ratio, 1.2,
+                  f'CPU of 20,000 quarter laps with their table, one core; {own:.0f} us of its own a run')

@@ -14,7 +14,7 @@ FILES = sorted(path for path in PACKAGE.rglob('*.py') if path != PACKAGE / '__in
 # a node is a folder, or a module beside the folders; the package's own __init__ is its face and imports nothing itself
 MAY_IMPORT_ROS = {'ros', 'messages', 'experiment', 'dashboard'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
-WITH_ARRAYS = {'experiment/excitation.py', 'loop/batch.py', 'loop/monte_carlo.py', *(
+WITH_ARRAYS = {'experiment/excitation.py', 'loop/batch.py', 'loop/drawn.py', 'loop/monte_carlo.py', *(
     f'reference/{name}.py' for name in (
         'joining', 'motion', 'path_fit', 'path_shape', 'planned_path', 'stopping', 'timing'))}
 MAY_IMPORT_HEAVY = {'analysis', 'benchmarking', 'figures', 'identification', 'pages', 'planning', 'report', 'runs',
@@ -67,7 +67,7 @@ def test_nodes_stand_above_their_parts_and_formulas_below_all_that_uses_them(imp
         # the spin loop finds the nodes by name
         found = [name for name in imported[path] if name.startswith(f'{PACKAGE.name}.ros.nodes.')]
         assert not found, f'{path.relative_to(PACKAGE)} imports {", ".join(found)}'
-    below = {'quantities', 'angles', 'elementary', 'jit', 'system', 'parameters', 'topics'}
+    below = {'quantities', 'angles', 'elementary', 'jit', 'system', 'parameters', 'topics', 'trees'}
     assert set().union(*(graph[name] for name in ('model', 'control', 'reference', 'messages'))) <= below | {'model'}
 
 

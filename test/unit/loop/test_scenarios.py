@@ -98,8 +98,8 @@ def test_the_nodes_of_a_scenario_run_as_its_trial_and_a_base_has_its_delay_in_it
 
 def test_random_scenarios_are_uniform_within_their_bounds():
     drawn = draw_scenarios(DISTRIBUTION, 4000, 1)
-    assert drawn[:10] == draw_scenarios(DISTRIBUTION, 10, 1)
-    assert drawn[:10] != draw_scenarios(DISTRIBUTION, 10, 2)
+    assert list(drawn[:10]) == list(draw_scenarios(DISTRIBUTION, 10, 1))
+    assert list(drawn[:10]) != list(draw_scenarios(DISTRIBUTION, 10, 2))
     distances = [math.hypot(one.start.x, one.start.y) for one in drawn]
     assert max(distances) <= 1.0
     # the disc of half the radius has a quarter of the area

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from mobile_robot_control.loop.monte_carlo import Judged, ScenarioDistribution, draw_scenarios
+from mobile_robot_control.loop.monte_carlo import Judged, ScenarioDistribution, Scenarios, draw_scenarios
 from mobile_robot_control.loop.scenarios import Scenario
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import Pose
@@ -80,8 +80,8 @@ def test_without_a_reason_the_ranges_are_named():
 
 def test_a_heading_error_is_at_most_half_a_turn():
     turned = SCENARIOS[0]._replace(start=Pose(0.0, 0.0, 1.5 * math.pi))
-    assert QUANTITIES['start_heading_error'].of(turned) == pytest.approx(0.5 * math.pi)
-    assert QUANTITIES['start_distance'].of(turned._replace(start=None)) == 0.0
+    assert QUANTITIES['start_heading_error'].of(Scenarios.of([turned])) == pytest.approx(0.5 * math.pi)
+    assert QUANTITIES['start_distance'].of(Scenarios.of([turned._replace(start=None)])) == 0.0
 
 
 def test_few_failures_are_listed_and_many_are_counted_by_kind():

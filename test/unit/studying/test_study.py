@@ -168,14 +168,13 @@ def test_bad_usage_ends_with_exit_code_2(tmp_path, capsys):
 
 
 def test_an_interrupted_study_holds_what_was_done(tmp_path, monkeypatch, capsys):
-    judge = engine.judge
+    judged_rows = engine.judged_rows
 
-    def interrupted(trial, outcome, within):
+    def interrupted(*asked):
         os.kill(os.getpid(), signal.SIGINT)
-        monkeypatch.setattr(engine, 'judge', judge)
-        return judge(trial, outcome, within)
+        return judged_rows(*asked)
 
-    monkeypatch.setattr(engine, 'judge', interrupted)
+    monkeypatch.setattr(engine, 'judged_rows', interrupted)
     assert run(tmp_path, 150) == 1
     found, rows = read(tmp_path)
     assert found['outcome'] == 'interrupted'

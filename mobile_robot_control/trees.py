@@ -1,0 +1,82 @@
+"""Trees of NamedTuples as rows of floats, and back, by generated functions: plain, compiled or on a GPU."""
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any
+
+from mobile_robot_control.jit import jitable, jitable_apart
+
+Shape = Any
+"""A type of number, or a type of tuple with the shapes of its items; hashable."""
+
+_READ = {float: 'row[{}]', int: 'int(row[{}])', bool: 'row[{}] != 0.0'}
+
+
+def shape_of(tree: Any) -> Shape:
+    """Return the shape of a tree of tuples, NamedTuples, floats, integers up to 2**53 and bools."""
+    if isinstance(tree, tuple):
+        return type(tree), tuple(map(shape_of, tree))
+    if type(tree) not in _READ:
+        raise TypeError(f'a row of floats cannot hold {tree!r}')
+    return type(tree)
+
+
+def flat(tree: Any) -> list[float]:
+    """
+    Return the numbers of a tree as floats, in order.
+
+    Examples
+    --------
+    >>> flat((1, (2.5, True)))
+    [1.0, 2.5, 1.0]
+
+    """
+    return [one for part in tree for one in flat(part)] if isinstance(tree, tuple) else [float(tree)]
+
+
+@lru_cache(maxsize=256)
+def reader(shape: Shape) -> Callable[[Any], Any]:
+    """
+    Make the function that returns the tree of a shape from its row.
+
+    Examples
+    --------
+    >>> reader(shape_of((1, (2.5, True))))([1.0, 2.5, 1.0])
+    (1, (2.5, True))
+
+    """
+    kinds: list[type] = []
+    places = iter(range(1 << 30))
+
+    def source(shape: Shape) -> str:
+        if not isinstance(shape, tuple):
+            return _READ[shape].format(next(places))
+        kind, parts = shape
+        items = ''.join(f'{source(part)}, ' for part in parts)
+        if kind is tuple:
+            return f'({items})'
+        if kind not in kinds:
+            kinds.append(kind)
+        return f'T{kinds.index(kind)}({items})'
+
+    text = source(shape)
+    made: Callable[[Any], Any] = eval(  # noqa: S307 (of types and places alone)
+        f'lambda row: {text}', {f'T{n}': kind for n, kind in enumerate(kinds)})
+    return jitable_apart(made)
+
+
+
+
+@lru_cache(maxsize=256)
+def repeated(times: int) -> Callable[[Any], tuple[Any, ...]]:
+    """
+    Make the function that returns a tuple of so many equal items; a compiler does not multiply tuples.
+
+    Examples
+    --------
+    >>> repeated(3)(0.5)
+    (0.5, 0.5, 0.5)
+
+    """
+    made: Callable[[Any], tuple[Any, ...]] = eval(f'lambda item: ({"item, " * times})')  # noqa: S307 (of a number)
+    return jitable(made)
