@@ -49,6 +49,8 @@ setup(
         'kilted': ['ros-kilted-rclpy', 'ros-kilted-common-interfaces', 'ros-kilted-rmw-fastrtps-cpp'],
         # compiled rollouts: some hundred times faster searches; and what identify fits with
         'fast': ['numba>=0.62', 'scipy>=1.11'],
+        # rollouts on an NVIDIA GPU, with the compiler
+        'cuda': ['numba-cuda[cu12]>=0.30,<1', 'numba>=0.62', 'scipy>=1.11'],
         # the page to watch and handle the robot
         'dashboard': ['starlette>=0.31', 'uvicorn>=0.27', 'websockets>=10.4'],
         # the search on a cluster

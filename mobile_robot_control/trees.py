@@ -68,6 +68,35 @@ def reader(shape: Shape) -> Callable[[Any], Any]:
 
 
 @lru_cache(maxsize=256)
+def writer(shape: Shape) -> Callable[[Any, Any], None]:
+    """
+    Make the function that writes a tree of a shape into a row.
+
+    Examples
+    --------
+    >>> row = [0.0] * 3
+    >>> writer(shape_of((1, (2.5, True))))(row, (1, (2.5, True)))
+    >>> row
+    [1, 2.5, 1.0]
+
+    """
+    lines: list[str] = []
+
+    def add(shape: Shape, at: str) -> None:
+        if isinstance(shape, tuple):
+            for n, part in enumerate(shape[1]):
+                add(part, f'{at}[{n}]')
+        else:
+            lines.append(f'    row[{len(lines)}] = {f"1.0 if {at} else 0.0" if shape is bool else at}\n')
+
+    add(shape, 'tree')
+    made: dict[str, Any] = {}
+    exec(f'def write(row, tree):\n{"".join(lines)}', made)  # noqa: S102 (of places alone)
+    function: Callable[[Any, Any], None] = made['write']
+    return jitable_apart(function)
+
+
+@lru_cache(maxsize=256)
 def repeated(times: int) -> Callable[[Any], tuple[Any, ...]]:
     """
     Make the function that returns a tuple of so many equal items; a compiler does not multiply tuples.

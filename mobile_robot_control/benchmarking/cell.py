@@ -16,10 +16,10 @@ from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
 from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.elementary import ARITHMETIC
+from mobile_robot_control.loop.batch import TrialRunner
 from mobile_robot_control.loop.monte_carlo import JudgedRuns, ScenarioDistribution, draw_scenarios, judge
 from mobile_robot_control.loop.scenarios import Scenario, configured_scenario, scenario_trial
 from mobile_robot_control.loop.trial import Trial
-from mobile_robot_control.loop.workers import TrialRunner
 from mobile_robot_control.parameters.declaration import ParameterError, flatten
 from mobile_robot_control.quantities import Observation, Pose, TrackingError
 from mobile_robot_control.runs.rollout import trial_rollout

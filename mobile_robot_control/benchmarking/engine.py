@@ -133,7 +133,7 @@ class Benchmark:
         # a damaged cell is told before hours of work
         self.held(folder)
         where, size = self.request.where, self.rollouts // len(self.cells)
-        workers = 1 if where.scheduler else min(where.workers or cores(), len(self.cells))
+        workers = 1 if where.scheduler or where.device != 'cpu' else min(where.workers or cores(), len(self.cells))
         if workers > 1:
             run_side_by_side(self.cells, workers, folder, size, progress, stopped)
         else:

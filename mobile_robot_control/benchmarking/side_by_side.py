@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from mobile_robot_control.benchmarking.cell import Cell, run_cell, write_result
-from mobile_robot_control.loop.batch import Pool, end_with_parent
+from mobile_robot_control.loop.batch import Pool, TrialRunner, end_with_parent
 from mobile_robot_control.loop.ticks import Form, form_of
-from mobile_robot_control.loop.workers import TrialRunner
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.system.process import LATE
 

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import lru_cache, partial
-from typing import Any
+from typing import Any, Protocol
 
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.jit import APART, JITABLE
@@ -99,17 +99,26 @@ def _accelerated_row(rows: Any, n: int) -> tuple[Reference]:
 
 
 @lru_cache(maxsize=32)
-def _rows(horizon: int) -> Callable[[Any, int], tuple[Reference, ...]]:
-    """Make a function that returns the n-th row of an array and the rows of its horizon as references."""
+def _rows(horizon: int) -> tuple[Callable[[Any, int], tuple[Reference, ...]], ...]:
+    """Make a function that returns the n-th row of an array and its horizon as references; it follows its callees."""
     if horizon == 0:
-        return _accelerated_row
-    nearer = _rows(horizon - 1)
-    _register(nearer)
+        return (_accelerated_row,)
+    callees = _rows(horizon - 1)
+    nearer = callees[-1]
 
     def rows_from(rows: Any, n: int) -> tuple[Reference, ...]:
         return nearer(rows, n) + _accelerated_row(rows, n + horizon)
 
-    return rows_from
+    return *callees, rows_from
+
+
+@lru_cache(maxsize=32)
+def _measured(rows_at: Callable[[Any, int], Any]) -> Callable[[MeasuredMotion, int], Any]:
+    """Make a function that returns references of a motion with its path."""
+    def references_at(given: MeasuredMotion, n: int) -> Any:
+        return rows_at(given.references, n)
+
+    return references_at
 
 
 _registered: set[Callable[..., Any]] = set()
@@ -128,12 +137,19 @@ def _register(*functions: Callable[..., Any]) -> None:
 @lru_cache(maxsize=32)
 def compilable_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
     """Return the rollout of a law's step that a compiler may take; references are an array."""
-    references_at = _rows(form.horizon) if form.horizon else _row
-    driving = driving_step(step, form)
-    _register(*JITABLE, _accelerated_row, references_at, step, driving)
-    position_tick, velocity_tick = make_position_tick(driving, form), make_velocity_tick(form)
-    _register(position_tick, velocity_tick)
+    parts = rollout_parts(step, form)
+    _register(*JITABLE, *parts)
+    *_, references_at, position_tick, velocity_tick = parts
     return trial.bind(position_tick, velocity_tick, references_at, form)
+
+
+@lru_cache(maxsize=32)
+def rollout_parts(step: Callable[..., Any], form: Form) -> tuple[Callable[..., Any], ...]:
+    """Return the functions of a compiled rollout, callees first; the last ones are references and both ticks."""
+    rows = _rows(form.horizon) if form.horizon else (_row,)
+    driving = driving_step(step, form)
+    measured = (_measured(rows[-1]),) if form.indices else ()
+    return step, driving, *rows, *measured, make_position_tick(driving, form), make_velocity_tick(form)
 
 
 @lru_cache(maxsize=32)
@@ -171,6 +187,8 @@ def compiled(function: Callable[..., Any], *of: Callable[..., Any]) -> Callable[
 def plain_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
     """Return the rollout of a law's step in plain Python; it takes references unconverted."""
     ticks = form.horizon + 1
+    if form.indices:
+        return trial.make_rollout(step, lambda given, n: given.references[n:n + ticks], form)
     return trial.make_rollout(step, lambda references, n: references[n:n + ticks], form)
 
 
@@ -274,6 +292,25 @@ def cores() -> int:
 @lru_cache(maxsize=1)
 def _warn_that_it_is_slow() -> None:
     print("numba is not installed: rollouts take some hundred times longer; install the extra 'fast'", file=sys.stderr)
+
+
+class TrialRunner(Protocol):
+    """Runs trials, on this machine or elsewhere."""
+
+    @property
+    def threads(self) -> int:
+        """Number of chunks that run at once."""
+
+    def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
+        """Run trials in order."""
+
+    def each(
+        self, function: Callable[[Any], Any], chunks: Sequence[Any], law: str, compiled: Callable[[], bool]
+    ) -> list[Any]:
+        """Return a function of each of some chunks, of one law; ask whether it is compiled where that matters."""
+
+    def close(self) -> None:
+        """Release the workers."""
 
 
 class Pool:

@@ -127,7 +127,7 @@ def _from_robot(table: PathTable, i: int, u: float, x: float, y: float) -> tuple
 @jitable
 def distance_to_place(table: PathTable, x: float, y: float, place: float) -> float:
     """Return the distance of a position from the path's point at a place in steps of the table [m]."""
-    n = math.floor(place)
+    n = int(math.floor(place))  # noqa: RUF046 (a float on a GPU)
     hx, hy, _, _ = _from_robot(table, n - table.first, place - n, x, y)
     return math.sqrt(hx * hx + hy * hy)
 
@@ -188,7 +188,7 @@ def nearest_on_path(
     speed steps, which are skipped; every other step is searched.
     """
     nearest, place = bound, math.nan
-    n = math.floor(begin)
+    n = int(math.floor(begin))  # noqa: RUF046 (a float on a GPU)
     while n <= end:
         i = n - table.first
         ax, ay = table.x[i] - x, table.y[i] - y

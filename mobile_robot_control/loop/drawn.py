@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.jit import jitable_apart
+from mobile_robot_control.jit import jitable, jitable_apart
 from mobile_robot_control.loop import batch
+from mobile_robot_control.loop.batch import TrialRunner
 from mobile_robot_control.loop.monte_carlo import Scenarios, make_judge
 from mobile_robot_control.loop.scenarios import (
     Draw,
@@ -28,7 +29,6 @@ from mobile_robot_control.loop.trial import (
     prepared_loop,
     report_failure,
 )
-from mobile_robot_control.loop.workers import TrialRunner
 from mobile_robot_control.model.plant_form import structure, value_names
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.settings.nodes import Configuration
@@ -62,6 +62,14 @@ class DrawnRuns(NamedTuple):
     within: float
 
 
+@jitable
+def draw_of(row: Any, places: Any, plant: Any) -> Draw:
+    """Return the draw of a row, and write its values of a robot into the row of a plant."""
+    for k in range(len(places)):
+        plant[places[k]] = row[_OWN + k]
+    return Draw(Pose(row[0], row[1], row[2]), row[3], row[4], int(row[5]))
+
+
 def make_runs(
     roll: Callable[..., Any], varied: Callable[..., Any], judged: Callable[..., Any], values_of: Callable[..., Any]
 ) -> Callable[..., None]:
@@ -74,11 +82,8 @@ def make_runs(
         for n in range(at[0], len(rows)):
             # where a law that raises is found
             at[0] = n
-            row = rows[n]
-            for k in range(len(places)):
-                plant[places[k]] = row[_OWN + k]
-            begun, constants = varied(state, loop, values_of(plant), Draw(
-                Pose(row[0], row[1], row[2]), row[3], row[4], int(row[5])))
+            draw = draw_of(rows[n], places, plant)
+            begun, constants = varied(state, loop, values_of(plant), draw)
             outcome = judged(roll(begun, constants, given, steps, ratio, late), steps, within)
             for k in range(len(outcome)):
                 found[n][k] = outcome[k]
@@ -95,7 +100,8 @@ def _compiled_runs(
     return batch.compiled(make_runs(roll, varied, make_judge(form), values_of), step)
 
 
-def _parts(scene: Scene) -> tuple[Callable[..., Any], Callable[..., Any]]:
+def drawn_parts(scene: Scene) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Return the functions of a scene: that of `make_varied`, and the one that reads a plant's row."""
     return scene.varied, reader(shape_of(scene.values))
 
 
@@ -104,7 +110,7 @@ def compiles(scene: Scene) -> bool:
     def attempt(trial: Trial) -> None:
         step: Callable[..., Any] = LAWS[trial.law].step
         given = batch.arrays(cart_motion(trial._replace(steps=0)), trial.form.indices)
-        _compiled_runs(step, trial.form, *_parts(scene))(
+        _compiled_runs(step, trial.form, *drawn_parts(scene))(
             trial.state, prepared_loop(trial), np.array(flat(scene.values)), np.zeros(0, np.int64),
             np.zeros((0, _OWN)), given, 0, trial.ratio, 0, 0.0, np.zeros((0, 0)), np.zeros(1, np.int64))
 
@@ -127,9 +133,10 @@ def run_draws(runs: DrawnRuns, compile_them: bool | None = None) -> Floats:
     places: Any = runs.places
     found: Any = np.full((len(rows), len(failed)), failed)
     if compiles(runs.scene) if compile_them is None else compile_them:
-        loop, plant, given_of = _compiled_runs(step, trial.form, *_parts(runs.scene)), np.array(plant), batch.arrays
+        loop, plant = _compiled_runs(step, trial.form, *drawn_parts(runs.scene)), np.array(plant)
+        given_of: Callable[..., Any] = batch.arrays
     else:
-        loop = make_runs(batch.plain_rollout(step, trial.form), runs.scene.varied, judged, _parts(runs.scene)[1])
+        loop = make_runs(batch.plain_rollout(step, trial.form), runs.scene.varied, judged, drawn_parts(runs.scene)[1])
         rows, places, found, given_of = rows.tolist(), places.tolist(), found.tolist(), given_motion
     at = np.zeros(1, np.int64)
     while at[0] < len(rows):

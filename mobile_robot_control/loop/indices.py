@@ -274,18 +274,6 @@ def add_tick(indices: PerformanceIndices, apart: float, across: float, time: flo
 
 
 @jitable
-def given_alone(given: Any) -> Any:
-    """Return the references in the input of a trial without performance indices."""
-    return given
-
-
-@jitable
-def given_with_path(given: MeasuredMotion) -> Any:
-    """Return the references in the input of a trial with performance indices."""
-    return given.references
-
-
-@jitable
 def no_tick(
     indices: tuple[()], _error: TrackingError, _pose: Pose, _n: int, _given: Any, _dt: float
 ) -> tuple[()]:

@@ -20,8 +20,6 @@ from mobile_robot_control.loop.indices import (
     add_step,
     add_torque,
     add_true_tick,
-    given_alone,
-    given_with_path,
     no_step,
     no_tick,
     variation_step,
@@ -148,7 +146,7 @@ def prepared_loop(trial: Trial) -> Loop:
 def make_rollout(
     law_step: LawStep, references_at: Callable[[Any, int], tuple[Reference, ...]], form: Form = IDEAL_FORM
 ) -> Callable[..., Outcome]:
-    """Make the rollout of a law, ``roll(state, loop, references, steps, ratio, late)``; `bind` has `references_at`."""
+    """Make the rollout of a law, ``roll(state, loop, given, steps, ratio, late)``; `bind` has `references_at`."""
     return bind(make_position_tick(driving_step(law_step, form), form), make_velocity_tick(form), references_at, form)
 
 
@@ -156,23 +154,22 @@ def bind(
     position_tick: Callable[..., Any], velocity_tick: Callable[..., Any],
     references_at: Callable[[Any, int], tuple[Reference, ...]], form: Form,
 ) -> Callable[..., Outcome]:
-    """Make the rollout of both ticks, plain or compiled; `references_at` returns the references of the n-th tick."""
+    """Make the rollout of both ticks, plain or compiled; `references_at` returns those of the n-th tick."""
     has_torque = not form.plant.takes_velocity
     begun = PerformanceIndices(band=form.band) if form.indices else ()
-    index_tick, index_step, references_in = (
-        (add_true_tick, add_step, given_with_path) if form.indices else (no_tick, no_step, given_alone))
+    index_tick, index_step = (add_true_tick, add_step) if form.indices else (no_tick, no_step)
     vary = variation_step(form.varies, form.plant.takes_velocity)
 
     def roll(state: LoopState, loop: Loop, given: Any, steps: int, ratio: int, late: int) -> Outcome:
         robot, dt = loop.plant.robot, loop.plant.dt
         totals, late_totals, variation = _NOTHING, _NOTHING, _UNVARIED
         indices: Any = begun
-        initial, initial_pose, references = _NO_TORQUE, state.plant.pose, references_in(given)
+        initial, initial_pose = _NO_TORQUE, state.plant.pose
         pose = initial_pose
         for n in range(-(-steps // ratio)):
             first = n * ratio
             pose = state.plant.pose
-            state, _, error = position_tick(state, references_at(references, n), first, first * dt, loop)
+            state, _, error = position_tick(state, references_at(given, n), first, first * dt, loop)
             if not is_sound(state.command):
                 return Outcome(first, pose, initial, totals, late_totals, True, variation.total, indices)
             for k in range(first, min(first + ratio, steps)):

@@ -4,11 +4,12 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
-from typing import Annotated, Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple
 
 from mobile_robot_control.loop import batch
+from mobile_robot_control.loop.batch import TrialRunner
 from mobile_robot_control.loop.trial import Outcome, Trial
-from mobile_robot_control.parameters.declaration import Field
+from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.plugins import PluginSource, load_sources, plugin_sources
 
 _POLL_PERIOD = 1.0
@@ -98,31 +99,28 @@ class Workers(NamedTuple):
     workers: Annotated[int | None, Field('', 'cores to use; by default all', minimum=1, maximum=1000)] = None
     scheduler: Annotated[
         str | None, Field('', "Dask cluster to use, such as tcp://host:8786; needs the extra 'cluster'")] = None
+    device: Annotated[str, Field('', "device of the rollouts, cpu, or cuda for a GPU with the same results to the last "
+                                     "bit; needs the extra 'cuda'", choices=('cpu', 'cuda'))] = 'cpu'
 
 
-class TrialRunner(Protocol):
-    """Runs trials, on this machine or elsewhere."""
+def _runner(workers: Workers) -> TrialRunner:
+    if workers.device == 'cuda':
+        if workers.scheduler or (workers.workers or 1) > 1:
+            other = f'--scheduler {workers.scheduler}' if workers.scheduler else f'--workers {workers.workers}'
+            raise ParameterError([f'--device cuda: one process feeds the GPU; leave {other} out'])
+        if not batch.COMPILES:
+            raise ParameterError(["--device cuda needs numba; install the extra 'cuda'"])
+        # takes a second, with a GPU alone
+        from mobile_robot_control.loop.cuda import Cuda  # noqa: PLC0415
 
-    @property
-    def threads(self) -> int:
-        """Number of chunks that run at once."""
-
-    def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
-        """Run trials in order."""
-
-    def each(
-        self, function: Callable[[Any], Any], chunks: Sequence[Any], law: str, compiled: Callable[[], bool]
-    ) -> list[Any]:
-        """Return a function of each of some chunks, of one law; ask whether it is compiled where that matters."""
-
-    def close(self) -> None:
-        """Release the workers."""
+        return Cuda()
+    return Cluster(workers.scheduler) if workers.scheduler else batch.Pool(workers.workers or 0)
 
 
 @contextmanager
 def runner(workers: Workers) -> Iterator[TrialRunner]:
     """Yield a runner of trials, and close it at the end."""
-    made: TrialRunner = Cluster(workers.scheduler) if workers.scheduler else batch.Pool(workers.workers or 0)
+    made = _runner(workers)
     try:
         yield made
     finally:

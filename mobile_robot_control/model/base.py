@@ -255,7 +255,7 @@ def base_taking(base: Base, robot: Robot, taken: Events, period: int, seed: int)
     dt, (lag, turn_lag) = period / 1e9, base.lag
     shortest = min(lag or math.inf, turn_lag or math.inf)
     # half a time constant in each substep: its quadrature error is below 1e-9 of the distance lost to the lag in it
-    substeps = min(_MOST_SUBSTEPS, math.ceil(2.0 * dt / shortest)) if shortest < math.inf else 0
+    substeps = min(_MOST_SUBSTEPS, int(math.ceil(2.0 * dt / shortest)))  # noqa: RUF046 (a float on a GPU)
     right, left = base.wheel_gain
     return DiscreteBase(
         robot, _base_channel(base, 0, dt, period, substeps), _base_channel(base, 1, dt, period, substeps), taken,

@@ -51,7 +51,7 @@ def events_at(rate: float, period: int) -> Events:
 @jitable
 def periods(time: float, period: int) -> int:
     """Return a time [s] in periods [ns], rounded up; an excess below a nanosecond is ignored."""
-    return -(-max(0, math.ceil(time * 1e9 - 1.0)) // period)
+    return -(-max(0, int(math.ceil(time * 1e9 - 1.0))) // period)  # noqa: RUF046 (a float on a GPU)
 
 
 @jitable

@@ -30,7 +30,8 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.analysis.promises import brief_lines
 from mobile_robot_control.cli import make_main, make_parser, request_of
-from mobile_robot_control.loop.workers import TrialRunner, runner
+from mobile_robot_control.loop.batch import TrialRunner
+from mobile_robot_control.loop.workers import runner
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.search import space
 from mobile_robot_control.search.journal import Journal

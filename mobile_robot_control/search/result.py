@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mobile_robot_control.analysis.promises import Promise, promise, promise_lines
-from mobile_robot_control.loop.workers import TrialRunner, runner
+from mobile_robot_control.loop.batch import TrialRunner
+from mobile_robot_control.loop.workers import runner
 from mobile_robot_control.parameters.declaration import declarations, flatten
 from mobile_robot_control.parameters.rcl_yaml import dump_yaml
 from mobile_robot_control.runs.metrics import summary

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from mobile_robot_control.analysis.promises import Promise, brief_lines, promise, promise_values
 from mobile_robot_control.elementary import normal
 from mobile_robot_control.identification.result import read_estimates
+from mobile_robot_control.loop.batch import TrialRunner
 from mobile_robot_control.loop.drawn import Drawing, judged_rows
 from mobile_robot_control.loop.indices import TRUE
 from mobile_robot_control.loop.metric_table import BAND
@@ -31,7 +32,7 @@ from mobile_robot_control.loop.monte_carlo import (
     summarise_runs,
 )
 from mobile_robot_control.loop.scenarios import check_laps, configured_scenario, with_robot
-from mobile_robot_control.loop.workers import TrialRunner, Workers
+from mobile_robot_control.loop.workers import Workers
 from mobile_robot_control.model.motors import LONGEST_DELAY
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError

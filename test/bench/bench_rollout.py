@@ -196,7 +196,7 @@ def _whole_study():
         return found
 
     # margins take a second, however many runs there are; the first study compiles
-    with (mock.patch.object(drawn, 'run_draws', timed), mock.patch.object(engine, 'promise', lambda *_: known),
+    with (mock.patch.object(drawn, 'run_draws', timed), mock.patch.object(engine, 'promise', return_value=known),
           closing(batch.Pool(1)) as pool):
         for runs in (200, 20_000):
             one = make_request(StudyRequest, {**asked, 'runs': runs})

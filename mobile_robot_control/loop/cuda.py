@@ -1,0 +1,301 @@
+"""
+Rollouts on a GPU by CUDA, a thread each: the functions of the CPU, compiled without contraction to the same bits.
+
+`numba-cuda`, the extra 'cuda', compiles them; a GPU's libraries for sine, exponential function and others are never
+used, since laws have `elementary`, and what would use them is refused.
+"""
+
+import functools
+import importlib
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import lru_cache
+from typing import Any, cast
+from unittest import mock
+
+import numba.cuda
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.jit import APART, JITABLE
+from mobile_robot_control.loop import batch
+from mobile_robot_control.loop.cross_track import PathTable
+from mobile_robot_control.loop.drawn import DrawnRuns, draw_of, drawn_parts, run_draws
+from mobile_robot_control.loop.indices import MeasuredMotion, PerformanceIndices, Totals
+from mobile_robot_control.loop.monte_carlo import make_judge
+from mobile_robot_control.loop.ticks import Form
+from mobile_robot_control.loop.trial import Outcome, Trial, bind, cart_motion, given_motion, prepared_loop, roll_trial
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.quantities import Pose, WheelTorque
+from mobile_robot_control.trees import Shape, flat, reader, shape_of, writer
+
+cuda: Any = numba.cuda
+Floats = NDArray[np.float64]
+SIMULATED: bool = cuda.config.ENABLE_CUDASIM
+"""Whether kernels run as Python, by NUMBA_ENABLE_CUDASIM=1: slow, for tests."""
+CHUNK = 65_536
+"""Most rollouts in one launch: it bounds memory, to 300 MB for the largest constants, and the time to an interrupt."""
+_BLOCK = 128
+_MISSING = "--device cuda needs the extra 'cuda' of this package, and an NVIDIA GPU with its driver"
+
+
+def check_device() -> None:
+    """Raise ParameterError without a GPU, its driver or the extra."""
+    if SIMULATED:
+        return
+    try:
+        # the extra, which replaces numba.cuda
+        importlib.import_module('numba_cuda')
+    except ImportError as error:
+        raise ParameterError([f'{_MISSING}: {error}']) from None
+    if not cuda.is_available():
+        raise ParameterError([f'{_MISSING}: {cuda.cuda_error() or "no GPU was found"}'])
+
+
+def _part(name: str) -> Any:
+    """Return a module of the extra, which numba's own `numba.cuda` does not have."""
+    return importlib.import_module(f'numba.cuda.{name}')
+
+
+_registered: set[Callable[..., Any]] = set()
+
+
+def _register(*functions: Callable[..., Any]) -> None:
+    """Register callees of a kernel, once each; in the simulator they are Python."""
+    for function in functions:
+        if not SIMULATED and function not in _registered:
+            _registered.add(function)
+            _part('extending').register_jitable(forceinline=function not in APART)(function)
+
+
+@lru_cache(maxsize=1)
+def _take_python_extremes() -> None:
+    """Give max and min of two floats Python's meaning for nan and for zeros with signs, which CUDA's do not have."""
+    def of(comparison: str) -> Callable[..., Any]:
+        def lowered(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            a, b = (context.cast(builder, value, kind, types.float64)
+                    for value, kind in zip(arguments, signature.args, strict=True))
+            return builder.select(builder.fcmp_ordered(comparison, b, a), b, a)
+        return lowered
+
+    own, cuda_target = _part('core.imputils').Registry('mobile_robot_control'), _part('descriptor').cuda_target
+    for function, comparison in ((max, '>'), (min, '<')):
+        own.lower(function, types.float64, types.float64)(of(comparison))
+    # after those of the library, since the later one counts
+    cuda_target.target_context.refresh()
+    cuda_target.target_context.install_registry(own)
+
+
+@contextmanager
+def uncontracted() -> Iterator[None]:
+    """Compile with each product and each sum rounded, also where a GPU would do both at once; see `differs`."""
+    if SIMULATED:
+        yield
+        return
+    _take_python_extremes()
+    nvvm = _part('codegen').nvvm
+    with mock.patch.object(nvvm, 'compile_ir', functools.partial(nvvm.compile_ir, fma=False)):
+        yield
+
+
+def differs(assembly: str) -> str:
+    """Return the first instruction of a kernel whose bits are not those of the CPU; '' if there is none."""
+    found = re.search(r'^\s*(?:@!?%\w+\s+)?((?:fma|mad)\.\S*f\d+|\w+\.approx\S*|\w+\.\S*f32)\b', assembly, re.MULTILINE)
+    return found[1] if found else ''
+
+
+def _jitted(kernel: Callable[..., None]) -> Any:
+    # the linker's own optimisation would contract
+    return cuda.jit(kernel) if SIMULATED else cuda.jit(lto=False, launch_bounds=_BLOCK)(kernel)
+
+
+def _rollout(step: Callable[..., Any], form: Form, *more: Callable[..., Any]) -> Callable[..., Outcome]:
+    """Return a rollout whose callees are registered, as are more functions."""
+    parts = batch.rollout_parts(step, form)
+    *_, references_at, position_tick, velocity_tick = parts
+    roll = bind(position_tick, velocity_tick, references_at, form)
+    APART.add(roll)
+    _register(*JITABLE, *parts, roll, *more)
+    return roll
+
+
+def _motion_of(form: Form) -> Callable[..., Any]:
+    """Return the function that makes the motion of a rollout from the arguments of `_motion_arrays`."""
+    def measured(
+        references: Any, x: Any, y: Any, dx: Any, dy: Any, first: int, step: float, speed: float
+    ) -> MeasuredMotion:
+        return MeasuredMotion(references, PathTable(x, y, dx, dy, first, step, speed))
+
+    def alone(
+        references: Any, _x: Any, _y: Any, _dx: Any, _dy: Any, _first: int, _step: float, _speed: float
+    ) -> Any:
+        return references
+
+    return measured if form.indices else alone
+
+
+def _motion_arrays(trial: Trial) -> tuple[Any, ...]:
+    """Return references and path of a trial; an empty path without indices."""
+    given = batch.arrays(cart_motion(trial), trial.form.indices)
+    if trial.form.indices:
+        return given.references, *given.path
+    nothing = np.zeros(0)
+    return given, nothing, nothing, nothing, nothing, 0, 0.0, 0.0
+
+
+def make_trial_kernel(step: Callable[..., Any], form: Form, shape: Shape) -> Callable[..., None]:
+    """Make the kernel that runs a trial a thread: rows of state and constants of a shape into rows of outcomes."""
+    tree, write, motion_of = reader(shape), writer(shape_of(outcome_like(form))), _motion_of(form)
+    roll = _rollout(step, form, tree, write)
+
+    def kernel(
+        rows: Any, references: Any, x: Any, y: Any, dx: Any, dy: Any, first: int, between: float, speed: float,
+        steps: int, ratio: int, late: int, found: Any,
+    ) -> None:
+        n = cuda.grid(1)
+        if n < rows.shape[0]:
+            state, loop = tree(rows[n])
+            motion = motion_of(references, x, y, dx, dy, first, between, speed)
+            write(found[n], roll(state, loop, motion, steps, ratio, late))
+
+    _register(motion_of)
+    return kernel
+
+
+def make_draw_kernel(
+    step: Callable[..., Any], form: Form, shape: Shape, varied: Callable[..., Any], numbers: int
+) -> Callable[..., None]:
+    """Make the kernel that runs and judges a draw a thread, of a scene with a shape and so many numbers of a plant."""
+    tree_shape, plant_shape = shape
+    tree, values_of, judged = reader(tree_shape), reader(plant_shape), make_judge(form)
+    write, motion_of = writer(shape_of(judged(outcome_like(form), 0, 0.0))), _motion_of(form)
+    roll = _rollout(step, form, tree, values_of, varied, judged, write, draw_of)
+
+    def kernel(
+        scene: Any, plant: Any, places: Any, rows: Any, references: Any, x: Any, y: Any, dx: Any, dy: Any, first: int,
+        between: float, speed: float, steps: int, ratio: int, late: int, within: float, found: Any,
+    ) -> None:
+        n = cuda.grid(1)
+        if n < rows.shape[0]:
+            own = cuda.local.array(numbers, types.float64)
+            for k in range(numbers):
+                own[k] = plant[k]
+            draw = draw_of(rows[n], places, own)
+            state, loop = tree(scene)
+            begun, constants = varied(state, loop, values_of(own), draw)
+            motion = motion_of(references, x, y, dx, dy, first, between, speed)
+            write(found[n], judged(roll(begun, constants, motion, steps, ratio, late), steps, within))
+
+    _register(motion_of)
+    return kernel
+
+
+def outcome_like(form: Form) -> Outcome:
+    """Return an outcome with the shape of all of a form."""
+    return Outcome(0, Pose(0.0, 0.0, 0.0), WheelTorque(0.0, 0.0), Totals(), Totals(), False, 0.0,
+                   PerformanceIndices() if form.indices else ())
+
+
+_trial_kernel = lru_cache(maxsize=32)(lambda *made_of: _jitted(make_trial_kernel(*made_of)))
+_draw_kernel = lru_cache(maxsize=32)(lambda *made_of: _jitted(make_draw_kernel(*made_of)))
+
+
+class Cuda:
+    """Runs trials and draws on the present GPU; several GPUs are chosen among by CUDA_VISIBLE_DEVICES."""
+
+    threads = 1
+
+    def __init__(self) -> None:
+        check_device()
+        self._checked: set[Any] = set()
+
+    def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
+        """Run trials; the outcomes are in the same order. Trials with one motion and form share launches."""
+        alike: dict[Any, list[int]] = {}
+        rows: dict[int, list[float]] = {}
+        shapes: dict[int, Shape] = {}
+        for n, one in enumerate(trials):
+            try:
+                tree = one.state, prepared_loop(one)
+            except ParameterError:  # told where it is run on the CPU
+                continue
+            rows[n], shapes[n] = flat(tree), shape_of(tree)
+            alike.setdefault((one.law, one.form, shapes[n], cart_motion(one), one.steps, one.ratio, one.late), []
+                             ).append(n)
+        found: dict[int, Outcome] = {}
+        for (law, form, shape, _, steps, ratio, late), chosen in alike.items():
+            like = shape_of(outcome_like(form))
+            kernel, outcome_of = _trial_kernel(_step(law), form, shape), reader(like)
+            made = self._launched(law, kernel, np.array([rows[n] for n in chosen]), (), (
+                *_motion_arrays(trials[chosen[0]]), steps, ratio, late), len(flat(outcome_like(form))))
+            found |= {n: outcome_of(row) for n, row in zip(chosen, made.tolist(), strict=True) if row[0] == row[0]}
+        return [found[n] if n in found else _on_cpu(one) for n, one in enumerate(trials)]
+
+    def each(
+        self, function: Callable[[Any], Any], chunks: Sequence[Any], _law: str,
+        _compiled: Callable[[], bool] | None = None,
+    ) -> list[Any]:
+        """Return a function of each of some chunks: `run_draws` alone has a form for a GPU."""
+        assert function is run_draws  # noqa: S101 (for readers: no caller has another one)
+        return [*map(self._draws, cast('Sequence[DrawnRuns]', chunks))]
+
+    def _draws(self, runs: DrawnRuns) -> Floats:
+        trial, plant = runs.scene.trial, np.array(flat(runs.scene.values))
+        tree = trial.state, prepared_loop(trial)
+        varied, _ = drawn_parts(runs.scene)
+        kernel = _draw_kernel(_step(trial.law), trial.form, (shape_of(tree), shape_of(runs.scene.values)), varied,
+                              len(plant))
+        width = len(make_judge(trial.form)(outcome_like(trial.form), 0, 0.0))
+        found = self._launched(trial.law, kernel, runs.rows, (np.array(flat(tree)), plant, runs.places), (
+            *_motion_arrays(trial), trial.steps, trial.ratio, trial.late, runs.within), width)
+        for n in np.flatnonzero(np.isnan(found[:, 0])):
+            # the law raised, which a GPU does not tell
+            found[n] = run_draws(runs._replace(rows=runs.rows[n:n + 1]))[0]
+        return found
+
+    def _launched(
+        self, law: str, kernel: Any, rows: Floats, before: tuple[Any, ...], after: tuple[Any, ...], width: int
+    ) -> Floats:
+        """Launch a kernel over rows, chunk by chunk; rows that it did not write are nan."""
+        found = np.full((len(rows), width), np.nan)
+        given = [cuda.to_device(one) if isinstance(one, np.ndarray) else one for one in before]
+        then = [cuda.to_device(one) if isinstance(one, np.ndarray) else one for one in after]
+        for first in range(0, len(rows), CHUNK):
+            part, made = cuda.to_device(rows[first:first + CHUNK]), cuda.to_device(found[first:first + CHUNK])
+            with uncontracted():
+                self._check(law, kernel, (*given, part, *then, made))
+                kernel[-(-len(part) // _BLOCK), _BLOCK](*given, part, *then, made)
+            found[first:first + CHUNK] = made.copy_to_host()
+        return found
+
+    def _check(self, law: str, kernel: Any, arguments: tuple[Any, ...]) -> None:
+        """Raise ParameterError if a law does not compile, or if its bits would differ from the CPU's."""
+        if SIMULATED or kernel in self._checked:
+            return
+        try:
+            kernel.compile(tuple(map(_part('typing.typeof').typeof, arguments)))
+        except Exception as error:  # numba raises its own errors, and others from its own faults
+            raise ParameterError([f"--device cuda: the law '{law}' does not compile ({batch.reason_of(error)}); "
+                                  'leave --device out']) from error
+        for assembly in kernel.inspect_asm().values():
+            if differs(assembly):
+                raise ParameterError([f"--device cuda: last bits of the law '{law}' would differ from the CPU's "
+                                      f'({differs(assembly)}); take its functions from mrc.elementary, or leave '
+                                      '--device out'])
+        self._checked.add(kernel)
+
+    def close(self) -> None:
+        """Do nothing: the GPU is free between two launches."""
+
+
+def _on_cpu(trial: Trial) -> Outcome:
+    """Run a trial in plain Python, which tells why its law raises."""
+    return roll_trial(trial, batch.plain_rollout(_step(trial.law), trial.form),
+                      given_motion(cart_motion(trial), trial.form.indices))
+
+
+def _step(law: str) -> Callable[..., Any]:
+    return LAWS[law].step

@@ -1,0 +1,97 @@
+"""Rollouts as kernels for a GPU: in numba's simulator against plain Python, and refusals without a GPU."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from mobile_robot_control.loop import batch
+from mobile_robot_control.loop.workers import Workers, runner
+from mobile_robot_control.parameters.declaration import ParameterError
+
+pytest.importorskip('numba')
+
+# the simulator is chosen before numba is imported; it runs Python, and so shows rows and launches, not code
+KERNELS = """
+from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.loop import batch
+from mobile_robot_control.loop.cuda import Cuda, differs
+from mobile_robot_control.loop.drawn import Drawing, run_draws
+from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
+from mobile_robot_control.loop.trial import make_trial
+from mobile_robot_control.model.noise import Noise
+from mobile_robot_control.settings.configure import ParameterSources
+
+gpu = Cuda()
+noisy = ScenarioDistribution(('trifolium',), (0.5,), noise=Noise((0.01, 0.01, 0.0), 0.01))
+for law in LAWS:
+    for robot in (None, 'create3', 'turtlebot3_burger'):
+        loop = ParameterSources(robot=robot).with_values({'position_controller.controller_type': law}).configuration()
+        one = make_trial(loop, 0.04)
+        trials = [one, one._replace(form=one.form._replace(indices=True))]
+        assert repr(gpu(trials)) == repr(batch.run_trials(trials, False)), (law, robot)
+        drawing = Drawing(loop, 0.003, 0.001, lambda form: form._replace(indices=True), 0.1, {})
+        for _, runs in drawing.runs(draw_scenarios(noisy, 3, 1)):
+            assert gpu.each(run_draws, [runs], law)[0].tobytes() == run_draws(runs, False).tobytes(), (law, robot)
+print('equal')
+"""
+
+
+def test_the_kernels_of_each_law_and_drive_are_the_plain_rollouts_in_the_simulator():
+    done = subprocess.run([sys.executable, '-c', KERNELS], env={**os.environ, 'NUMBA_ENABLE_CUDASIM': '1'},
+                          capture_output=True, text=True, check=False)
+    assert done.stdout == 'equal\n', done.stderr
+
+
+@pytest.mark.parametrize(('where', 'told'), [
+    (Workers(device='cuda', workers=2), 'leave --workers 2 out'),
+    (Workers(device='cuda', scheduler='tcp://a:1'), 'leave --scheduler tcp://a:1 out'),
+    (Workers(device='cuda'), "needs the extra 'cuda'"),
+])
+def test_a_device_that_is_not_there_or_other_workers_are_refused(where, told):
+    with pytest.raises(ParameterError, match=told), runner(where):
+        pass
+
+
+def test_without_numba_there_is_no_device(monkeypatch):
+    monkeypatch.setattr(batch, 'COMPILES', False)
+    with pytest.raises(ParameterError, match='needs numba'), runner(Workers(device='cuda')):
+        pass
+
+
+@pytest.mark.parametrize(('line', 'found'), [
+    ('mul.rn.f64 %fd1, %fd2, %fd3;', ''), ('@%p1 bra $L1;', ''), ('mad.lo.s32 %r1, %r2, %r3, %r4;', ''),
+    ('fma.rn.f64 %fd1, %fd2, %fd3, %fd4;', 'fma.rn.f64'), ('@%p2 ex2.approx.ftz.f32 %f1, %f2;', 'ex2.approx.ftz.f32'),
+])
+def test_an_instruction_with_other_bits_than_the_cpu_is_found(line, found):
+    from mobile_robot_control.loop.cuda import differs
+
+    assert differs(f'.entry a()\n{{\n    {line}\n}}') == found
+
+
+def test_the_kernel_of_the_default_form_compiles_without_contraction(monkeypatch):
+    pytest.importorskip('numba_cuda', reason="without the extra 'cuda'")
+    from types import SimpleNamespace
+
+    from numba import types
+    from numba.cuda import codegen, dispatcher
+
+    from mobile_robot_control.control.laws import LAWS
+    from mobile_robot_control.loop import cuda
+    from mobile_robot_control.loop.trial import make_trial, prepared_loop
+    from mobile_robot_control.settings.nodes import Configuration
+    from mobile_robot_control.trees import shape_of
+
+    # asked of the present device
+    monkeypatch.setattr(dispatcher, 'get_current_device', lambda: SimpleNamespace(compute_capability=(9, 0)))
+    monkeypatch.setattr(codegen.CUDACodeLibrary, '_ensure_cc', lambda _, asked: asked or (9, 0))
+    one = make_trial(Configuration(), 1.0)
+    kernel = cuda.make_trial_kernel(LAWS[one.law].step, one.form, shape_of((one.state, prepared_loop(one))))
+    rows, column, whole, number = types.float64[:, ::1], types.float64[::1], types.int64, types.float64
+    with cuda.uncontracted():
+        made = dispatcher._Kernel(kernel, (rows, rows, *[column] * 4, whole, number, number, whole, whole, whole, rows),
+                                  lto=False, launch_bounds=128)
+        assembly = made.inspect_asm((9, 0))
+    assert assembly.count('.rn.f64') > 1000
+    assert cuda.differs(assembly) == ''
