@@ -171,8 +171,9 @@ def test_an_interrupted_study_holds_what_was_done(tmp_path, monkeypatch, capsys)
     judged_rows = engine.judged_rows
 
     def interrupted(*asked):
+        found = judged_rows(*asked)
         os.kill(os.getpid(), signal.SIGINT)
-        return judged_rows(*asked)
+        return found
 
     monkeypatch.setattr(engine, 'judged_rows', interrupted)
     assert run(tmp_path, 150) == 1
