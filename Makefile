@@ -71,7 +71,7 @@ $(TESTED): setup.py setup.cfg package.xml $(wildcard constraints/*) | $(BIN)/act
 constraints: $(VENV)/.locking
 	@for ros in jazzy kilted; do for python in 3.10 3.11 3.12 3.13; do \
 	  $(BIN)/uv pip compile --quiet $(UPGRADE) --no-header --no-annotate --python-version $$python --extra $$ros \
-	    $(foreach extra,cluster dashboard docs fast locking mutants test,--extra $(extra)) \
+	    $(foreach extra,cluster cuda dashboard docs fast locking mutants test,--extra $(extra)) \
 	    setup.py -o constraints/$$ros-$$python.txt || exit; done; done
 
 # not after `setup`, which a pin that has changed makes fail until the files are written again
