@@ -7,6 +7,7 @@ used, since laws have `elementary`, and what would use them is refused.
 
 import functools
 import importlib
+import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -216,22 +217,21 @@ class Cuda:
         """Run trials; the outcomes are in the same order. Trials with one motion and form share launches."""
         alike: dict[Any, list[int]] = {}
         rows: dict[int, list[float]] = {}
-        shapes: dict[int, Shape] = {}
         for n, one in enumerate(trials):
             try:
                 tree = one.state, prepared_loop(one)
             except ParameterError:  # told where it is run on the CPU
                 continue
-            rows[n], shapes[n] = flat(tree), shape_of(tree)
-            alike.setdefault((one.law, one.form, shapes[n], cart_motion(one), one.steps, one.ratio, one.late), []
+            rows[n] = flat(tree)
+            alike.setdefault((one.law, one.form, shape_of(tree), cart_motion(one), one.steps, one.ratio, one.late), []
                              ).append(n)
         found: dict[int, Outcome] = {}
         for (law, form, shape, _, steps, ratio, late), chosen in alike.items():
-            like = shape_of(outcome_like(form))
-            kernel, outcome_of = _trial_kernel(_step(law), form, shape), reader(like)
+            kernel, outcome_of = _trial_kernel(_step(law), form, shape), reader(shape_of(outcome_like(form)))
             made = self._launched(law, kernel, np.array([rows[n] for n in chosen]), (), (
                 *_motion_arrays(trials[chosen[0]]), steps, ratio, late), len(flat(outcome_like(form))))
-            found |= {n: outcome_of(row) for n, row in zip(chosen, made.tolist(), strict=True) if row[0] == row[0]}
+            found |= {n: outcome_of(row) for n, row in zip(chosen, made.tolist(), strict=True)
+                      if not math.isnan(row[0])}
         return [found[n] if n in found else _on_cpu(one) for n, one in enumerate(trials)]
 
     def each(

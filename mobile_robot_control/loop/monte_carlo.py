@@ -165,7 +165,6 @@ def make_judge(form: Form) -> Callable[[Outcome, int, float], tuple[float, ...]]
 
 def judge(trial: Trial, outcome: Outcome, within: float = WITHIN) -> Judged:
     """Judge a trial as `make_judge` does."""
-    # a law that raised summed no indices
     success, end, *metrics = make_judge(trial.form)(outcome, trial.steps, within)
     return Judged(success != 0.0, dict(zip(METRICS, metrics, strict=False)), OUTCOMES[int(end)])
 

@@ -215,7 +215,7 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
 
 
 @jitable
-def varied_robot(robot: Robot, mass: float, friction: float) -> Robot:
+def _varied_robot(robot: Robot, mass: float, friction: float) -> Robot:
     """Return a robot with factors on its mass, with the inertia, and on its friction."""
     return Robot(robot.mass * mass, robot.inertia * mass, robot.wheel_radius, robot.wheel_separation,
                  robot.com_offset, robot.wheel_inertia, robot.viscous_friction * friction)
@@ -235,7 +235,7 @@ def varied_values(values: PlantValues, draw: Draw) -> PlantValues:
     """Return the numbers of a plant with the factors and the seed of a draw."""
     imperfect = values.imperfections
     return PlantValues(
-        varied_robot(values.robot, draw.mass, draw.friction),
+        _varied_robot(values.robot, draw.mass, draw.friction),
         Imperfections(Noise(imperfect.noise.pose, imperfect.noise.velocity, draw.seed), imperfect.delay,
                       imperfect.disturbance),
         values.motor, Friction(values.friction.coulomb * draw.friction),

@@ -99,8 +99,8 @@ class Workers(NamedTuple):
     workers: Annotated[int | None, Field('', 'cores to use; by default all', minimum=1, maximum=1000)] = None
     scheduler: Annotated[
         str | None, Field('', "Dask cluster to use, such as tcp://host:8786; needs the extra 'cluster'")] = None
-    device: Annotated[str, Field('', "device of the rollouts, cpu, or cuda for a GPU with the same results to the last "
-                                     "bit; needs the extra 'cuda'", choices=('cpu', 'cuda'))] = 'cpu'
+    device: Annotated[str, Field('', "device of the rollouts: cpu, or cuda for a GPU (docs/tuning.md); needs the extra "
+                                     "'cuda'", choices=('cpu', 'cuda'))] = 'cpu'
 
 
 def _runner(workers: Workers) -> TrialRunner:

@@ -144,16 +144,12 @@ def _marks(runs: StudiedRuns) -> Iterator[Marks]:
     """Yield the starts of runs by outcome."""
     judged = JudgedRuns.of(runs.judged)
     starts, shown = Scenarios.of(runs.scenarios).start[:len(judged)], np.zeros(len(judged), bool)
-    shown[_shown_of(runs, judged)] = True
+    shown[shown_runs(judged, runs.replays)] = True
     yield Marks('success', 'o', 6.0, 0, starts[judged.success & shown])
     for outcome, (marker, size, label) in _FAILED.items():
         places = starts[~judged.success & shown & (judged.outcome == outcome)]
         if len(places):
             yield Marks(label, marker, size, 1, places, with_headings=True)
-
-
-def _shown_of(runs: StudiedRuns, judged: JudgedRuns) -> NDArray[np.int64]:
-    return shown_runs(judged, runs.replays) if judged.metrics else np.arange(len(judged))
 
 
 def _split_lines(split: Split | None) -> list[str]:
@@ -192,7 +188,7 @@ def study_data(controllers: Mapping[str, StudiedRuns], judgement: Judgement, com
 
 def _of_controller(name: str, runs: StudiedRuns, shown: Iterable[str], color: str) -> dict[str, Any]:
     judged = JudgedRuns.of(runs.judged)
-    chosen = _shown_of(runs, judged)
+    chosen = shown_runs(judged, runs.replays)
     starts = Scenarios.of(runs.scenarios).start[chosen]
     metrics = {one: judged.metrics[one] for one in _shown(runs, shown)}
     columns = {**dict(zip(('x', 'y', 'heading'), starts.T, strict=True)), 'success': judged.success[chosen],

@@ -1,5 +1,6 @@
 """Rollouts as kernels for a GPU: in numba's simulator against plain Python, and refusals without a GPU."""
 
+import importlib
 import os
 import subprocess
 import sys
@@ -16,7 +17,7 @@ pytest.importorskip('numba')
 KERNELS = """
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop import batch
-from mobile_robot_control.loop.cuda import Cuda, differs
+from mobile_robot_control.loop.cuda import Cuda
 from mobile_robot_control.loop.drawn import Drawing, run_draws
 from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.trial import make_trial
@@ -49,7 +50,10 @@ def test_the_kernels_of_each_law_and_drive_are_the_plain_rollouts_in_the_simulat
     (Workers(device='cuda', scheduler='tcp://a:1'), 'leave --scheduler tcp://a:1 out'),
     (Workers(device='cuda'), "needs the extra 'cuda'"),
 ])
-def test_a_device_that_is_not_there_or_other_workers_are_refused(where, told):
+def test_a_device_that_is_not_there_or_other_workers_are_refused(monkeypatch, where, told):
+    # as where the extra is not installed; numba.cuda is imported with it before, where it is
+    importlib.import_module('mobile_robot_control.loop.cuda')
+    monkeypatch.setitem(sys.modules, 'numba_cuda', None)
     with pytest.raises(ParameterError, match=told), runner(where):
         pass
 
