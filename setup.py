@@ -50,7 +50,7 @@ setup(
         # compiled rollouts: some hundred times faster searches; and what identify fits with
         'fast': ['numba>=0.62', 'scipy>=1.11'],
         # rollouts on an NVIDIA GPU, with the compiler
-        'cuda': ['numba-cuda[cu12]>=0.30,<1', 'numba>=0.62', 'scipy>=1.11'],
+        'cuda': ['numba-cuda[cu12]>=0.30,<1', 'numba>=0.62', 'numpy<2.5', 'scipy>=1.11'],
         # the page to watch and handle the robot
         'dashboard': ['starlette>=0.31', 'uvicorn>=0.27', 'websockets>=10.4'],
         # the search on a cluster

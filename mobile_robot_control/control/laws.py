@@ -158,10 +158,18 @@ def groups_of(law: Law) -> tuple[str, ...]:
     return law.groups or (law.name,)
 
 
+_compiled: dict[Callable[[Any, float], Any], Callable[[Any, float], Any]] = {}
+
+
+def prepare_compiled(prepare: Callable[[Any, float], Any], compiled: Callable[[Any, float], Any]) -> None:
+    """Prepare gains by a compiled function from now on in this process."""
+    _compiled[prepare] = compiled
+
+
 @lru_cache(maxsize=8)
 def _prepared(prepare: Callable[[Any, float], Any], gains: Any, dt: float) -> Any:
     """Prepare gains, once for several identical requests."""
-    return prepare(gains, dt)
+    return _compiled.get(prepare, prepare)(gains, dt)
 
 
 def declared_gains(parameters: PositionControl) -> tuple[Law, Any]:

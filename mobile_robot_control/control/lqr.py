@@ -5,20 +5,19 @@ The discrete algebraic Riccati equation of three states is solved in plain Pytho
 """
 
 import math
-from collections.abc import Sequence
-from functools import reduce
-from operator import add, mul
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from mobile_robot_control.control.law import Law, NoState
 from mobile_robot_control.control.ramsete import sinc
 from mobile_robot_control.elementary import cos, sin_cos
-from mobile_robot_control.jit import jitable
+from mobile_robot_control.jit import jitable, jitable_apart
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Observation
 
-Matrix = tuple[tuple[float, ...], ...]
+Matrix = tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
 """Rows."""
+Inputs = tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
+"""Rows of a matrix of two columns."""
 _DOUBLINGS = 60
 """More than any loop needs that settles within 1e15 periods."""
 _SETTLED = 1e-14
@@ -26,44 +25,10 @@ _SETTLED = 1e-14
 _IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def product(a: Matrix, b: Matrix) -> Matrix:
-    """Return the matrix product a b."""
-    columns = transposed(b)
-    return tuple([tuple([reduce(add, map(mul, row, column)) for column in columns]) for row in a])
+# Written out for three states and two inputs: a compiler takes it, and a search solves 63 equations a candidate.
 
 
-def transposed(a: Matrix) -> Matrix:
-    """Return the transpose."""
-    return tuple(zip(*a, strict=True))
-
-
-def added(a: Matrix, b: Matrix) -> Matrix:
-    """Return the sum a + b."""
-    return tuple([tuple(map(add, row, other)) for row, other in zip(a, b, strict=True)])
-
-
-def solved(a: Matrix, b: Matrix) -> Matrix:
-    """Solve a x = b by elimination with the largest pivot of each column; a must not be singular."""
-    rows = [(*row, *other) for row, other in zip(a, b, strict=True)]
-    for n in range(len(rows)):
-        best = max(range(n, len(rows)), key=lambda row: abs(rows[row][n]))
-        rows[n], rows[best] = rows[best], rows[n]
-        pivot = rows[n][n]
-        eliminator = tuple([x / pivot for x in rows[n]])
-        rows = [eliminator if m == n else tuple([x - row[n] * y for x, y in zip(row, eliminator, strict=True)])
-                for m, row in enumerate(rows)]
-    return tuple([row[len(rows):] for row in rows])
-
-
-def diagonal(values: Sequence[float]) -> Matrix:
-    """Return the diagonal matrix of the given values."""
-    return tuple(tuple(value if n == m else 0.0 for m in range(len(values))) for n, value in enumerate(values))
-
-
-# Written out for three states: four times as fast as loops, in the same order of operations. A search solves 63
-# equations a candidate.
-
-
+@jitable
 def _product(a: Matrix, b: Matrix) -> Matrix:
     (a11, a12, a13), (a21, a22, a23), (a31, a32, a33) = a
     (b11, b12, b13), (b21, b22, b23), (b31, b32, b33) = b
@@ -72,20 +37,25 @@ def _product(a: Matrix, b: Matrix) -> Matrix:
             (a31 * b11 + a32 * b21 + a33 * b31, a31 * b12 + a32 * b22 + a33 * b32, a31 * b13 + a32 * b23 + a33 * b33))
 
 
+@jitable
 def _sum(a: Matrix, b: Matrix) -> Matrix:
     (a11, a12, a13), (a21, a22, a23), (a31, a32, a33) = a
     (b11, b12, b13), (b21, b22, b23), (b31, b32, b33) = b
     return ((a11 + b11, a12 + b12, a13 + b13), (a21 + b21, a22 + b22, a23 + b23), (a31 + b31, a32 + b32, a33 + b33))
 
 
+@jitable
 def _transpose(a: Matrix) -> Matrix:
     (a11, a12, a13), (a21, a22, a23), (a31, a32, a33) = a
     return (a11, a21, a31), (a12, a22, a32), (a13, a23, a33)
 
 
+@jitable_apart
 def _solution(a: Matrix, b: Matrix, c: Matrix) -> tuple[Matrix, Matrix]:
-    """Solve a x = b and a y = c as `solved` does."""
-    p, q, r = [(*row, *first, *second) for row, first, second in zip(a, b, c, strict=True)]
+    """Solve a x = b and a y = c by elimination with the largest pivot of each column; a must not be singular."""
+    # a row becomes shorter, column by column
+    rows: Any = a[0] + b[0] + c[0], a[1] + b[1] + c[1], a[2] + b[2] + c[2]
+    p, q, r = rows
     if abs(r[0]) > abs(p[0]) and abs(r[0]) > abs(q[0]):
         p, r = r, p
     elif abs(q[0]) > abs(p[0]):
@@ -111,14 +81,16 @@ def _solution(a: Matrix, b: Matrix, c: Matrix) -> tuple[Matrix, Matrix]:
             ((p6 - p2 * r6, p7 - p2 * r7, p8 - p2 * r8), (q6 - q2 * r6, q7 - q2 * r7, q8 - q2 * r8), (r6, r7, r8)))
 
 
+@jitable
 def _largest(a: Matrix) -> float:
-    first, second, third = a
-    return max(map(abs, (*first, *second, *third)))
+    (a11, a12, a13), (a21, a22, a23), (a31, a32, a33) = a
+    return max(abs(a11), abs(a12), abs(a13), abs(a21), abs(a22), abs(a23), abs(a31), abs(a32), abs(a33))
 
 
-def riccati(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
+@jitable_apart
+def riccati(a: Matrix, b: Inputs, q: tuple[float, float, float]) -> Matrix:
     """
-    Return the stabilising solution X of X = Aᵀ X A - Aᵀ X B (R + Bᵀ X B)⁻¹ Bᵀ X A + Q.
+    Return the stabilising solution X of X = Aᵀ X A - Aᵀ X B (I + Bᵀ X B)⁻¹ Bᵀ X A + Q.
 
     Iterates the Riccati difference equation from Q in steps that double, as the structure-preserving doubling
     algorithm of [1]_: the n-th iterate is that of 2ⁿ steps of value iteration.
@@ -126,9 +98,9 @@ def riccati(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
     Parameters
     ----------
     a, b : tuple of tuple of float
-        Of x⁺ = A x + B u, shapes (3, 3) and (3, m); stabilisable.
-    q, r : tuple of tuple of float
-        Weights of state and input, positive definite.
+        Of x⁺ = A x + B u, shapes (3, 3) and (3, 2); stabilisable.
+    q : tuple of float
+        The diagonal of Q, positive.
 
     Returns
     -------
@@ -146,7 +118,11 @@ def riccati(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
        discrete-time algebraic Riccati equations", International Journal of Control 77, 2004, pp. 767-788.
 
     """
-    g, h = product(b, solved(r, transposed(b))), q
+    (b11, b12), (b21, b22), (b31, b32) = b
+    g = ((b11 * b11 + b12 * b12, b11 * b21 + b12 * b22, b11 * b31 + b12 * b32),
+         (b21 * b11 + b22 * b12, b21 * b21 + b22 * b22, b21 * b31 + b22 * b32),
+         (b31 * b11 + b32 * b12, b31 * b21 + b32 * b22, b31 * b31 + b32 * b32))
+    h = ((q[0], 0.0, 0.0), (0.0, q[1], 0.0), (0.0, 0.0, q[2]))
     for _ in range(_DOUBLINGS):
         # (I + G H)⁻¹ A and (I + G H)⁻¹ G
         w_a, w_g = _solution(_sum(_IDENTITY, _product(g, h)), a, g)
@@ -164,15 +140,31 @@ def riccati(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
     raise ValueError('the Riccati equation has no stabilising solution that the iteration finds')
 
 
-def optimal_feedback(a: Matrix, b: Matrix, q: Matrix, r: Matrix) -> Matrix:
+@jitable_apart
+def optimal_feedback(a: Matrix, b: Inputs, q: tuple[float, float, float]) -> 'Feedback':
     """
-    Return the gains K of u = -K x that minimise the sum of xᵀ Q x + uᵀ R u.
+    Return the gains K of u = -K x that minimise the sum of xᵀ Q x + uᵀ u, by rows.
 
-    Parameters and errors as in `riccati`; K has the shape (m, 3).
+    Parameters and errors as in `riccati`.
     """
-    b_x = product(transposed(b), riccati(a, b, q, r))
-    # K = (R + Bᵀ X B)⁻¹ Bᵀ X A
-    return solved(added(r, product(b_x, b)), product(b_x, a))
+    (b11, b12), (b21, b22), (b31, b32) = b
+    (x11, x12, x13), (x21, x22, x23), (x31, x32, x33) = riccati(a, b, q)
+    (a11, a12, a13), (a21, a22, a23), (a31, a32, a33) = a
+    # Bᵀ X
+    p1, p2, p3 = (b11 * x11 + b21 * x21 + b31 * x31, b11 * x12 + b21 * x22 + b31 * x32,
+                  b11 * x13 + b21 * x23 + b31 * x33)
+    r1, r2, r3 = (b12 * x11 + b22 * x21 + b32 * x31, b12 * x12 + b22 * x22 + b32 * x32,
+                  b12 * x13 + b22 * x23 + b32 * x33)
+    # I + Bᵀ X B, which is symmetric and positive definite, and Bᵀ X A
+    m11, m12 = 1.0 + (p1 * b11 + p2 * b21 + p3 * b31), p1 * b12 + p2 * b22 + p3 * b32
+    m21, m22 = r1 * b11 + r2 * b21 + r3 * b31, 1.0 + (r1 * b12 + r2 * b22 + r3 * b32)
+    n11, n12, n13 = (p1 * a11 + p2 * a21 + p3 * a31, p1 * a12 + p2 * a22 + p3 * a32, p1 * a13 + p2 * a23 + p3 * a33)
+    n21, n22, n23 = (r1 * a11 + r2 * a21 + r3 * a31, r1 * a12 + r2 * a22 + r3 * a32, r1 * a13 + r2 * a23 + r3 * a33)
+    # K = (I + Bᵀ X B)⁻¹ Bᵀ X A, by elimination
+    m12, n11, n12, n13 = m12 / m11, n11 / m11, n12 / m11, n13 / m11
+    m22, n21, n22, n23 = m22 - m21 * m12, n21 - m21 * n11, n22 - m21 * n12, n23 - m21 * n13
+    n21, n22, n23 = n21 / m22, n22 / m22, n23 / m22
+    return n11 - m12 * n21, n12 - m12 * n22, n13 - m12 * n23, n21, n22, n23
 
 
 SPEEDS = (0.05, 0.08, 0.13, 0.22, 0.4, 0.7, 1.2)
@@ -203,7 +195,8 @@ class LqrWeights(NamedTuple):
     ] = 3.11001
 
 
-def error_dynamics(v_r: float, omega_r: float, dt: float) -> tuple[Matrix, Matrix]:
+@jitable
+def error_dynamics(v_r: float, omega_r: float, dt: float) -> tuple[Matrix, Inputs]:
     """
     Discretise the error dynamics (24), linearised about the cart, exactly for inputs held over a period.
 
@@ -235,17 +228,18 @@ def error_dynamics(v_r: float, omega_r: float, dt: float) -> tuple[Matrix, Matri
     )
 
 
-def feedback(weights: LqrWeights, v_r: float, omega_r: float, dt: float) -> Matrix:
-    """Return the gains K, shape (2, 3), of u = -K e at one velocity [m/s], [rad/s] of the cart, for a period [s]."""
+@jitable_apart
+def feedback(weights: LqrWeights, v_r: float, omega_r: float, dt: float) -> Feedback:
+    """Return the gains K of u = -K e at one velocity [m/s], [rad/s] of the cart, for a period [s], by rows."""
     # a sum over periods: both weights have the same factor dt, which cancels
-    return optimal_feedback(*error_dynamics(v_r, omega_r, dt), diagonal(weights), diagonal((1.0, 1.0)))
+    a, b = error_dynamics(v_r, omega_r, dt)
+    return optimal_feedback(a, b, (weights.q1, weights.q2, weights.q3))
 
 
-def prepare(weights: LqrWeights, dt: float) -> Schedule:
-    """Return the schedule: the feedback at each pair of SPEEDS and TURNS, for a period [s]."""
-    return tuple(
-        tuple(tuple(gain for row in feedback(weights, v_r, omega_r, dt) for gain in row) for omega_r in TURNS)  # type: ignore[misc]
-        for v_r in SPEEDS)
+_TABLE = ''.join(f'({"".join(f"feedback(weights, {v_r}, {omega_r}, dt), " for omega_r in TURNS)}), ' for v_r in SPEEDS)
+# written out, too: a compiler takes no loop that makes a tuple
+prepare: Any = jitable(eval(f'lambda weights, dt: ({_TABLE})', {'feedback': feedback}))  # noqa: S307 (of constants)
+"""Returns the schedule, the feedback at each pair of SPEEDS and TURNS, of weights and a period [s]."""
 
 
 @jitable

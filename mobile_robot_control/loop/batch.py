@@ -12,7 +12,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import lru_cache, partial
 from typing import Any, Protocol
 
-from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.control.laws import LAWS, prepare_compiled
 from mobile_robot_control.jit import APART, JITABLE
 from mobile_robot_control.loop import trial
 from mobile_robot_control.loop.cross_track import converted
@@ -45,17 +45,9 @@ _BEGIN = 'Failed in nopython mode pipeline'
 
 def reason_of(error: Exception) -> str:
     r"""
-    Return the reason why a function cannot be compiled, and its place, in one line.
+    Return the reason why a function cannot be compiled, and its place, in one line: the first of numba's last report.
 
-    Parameters
-    ----------
-    error : Exception
-        Of numba: reports of many lines on each function, from the outermost to the one that cannot be compiled.
-
-    Returns
-    -------
-    str
-        The first line of the innermost report, with file and line if it names them.
+    Its reports have many lines on each function, from the outermost to the one that cannot be compiled.
 
     Examples
     --------
@@ -174,6 +166,14 @@ def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
     return kept(numba.njit(error_model='numpy')(repeated), step)
 
 
+@lru_cache(maxsize=32)
+def compile_prepare(law: str) -> None:
+    """Let searches and studies prepare the gains of a law by a compiled function, if it is marked for that."""
+    prepare = LAWS[law].prepare
+    if COMPILES and prepare in JITABLE:
+        prepare_compiled(prepare, compiled(prepare))
+
+
 def compiled(function: Callable[..., Any], *of: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function of marked callees, and of others `of`; return it unchanged if numba is not installed."""
     if not COMPILES:
@@ -208,6 +208,7 @@ def compiles(one: Trial, attempt: Callable[[Trial], None] = _try_rollout) -> boo
     step: Callable[..., Any] = LAWS[one.law].step
     if not COMPILES or step in _uncompilable:
         return False
+    compile_prepare(one.law)
     if not _can_prepare(one):  # the trial itself reports this fault of the gains
         return False
     try:

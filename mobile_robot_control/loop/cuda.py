@@ -9,26 +9,38 @@ import functools
 import importlib
 import math
 import re
+import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import lru_cache
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 from unittest import mock
 
 import numba.cuda
 import numpy as np
-from numba import types
+from numba import errors, types
 from numpy.typing import NDArray
 
-from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.control.laws import LAWS, prepared_gains
 from mobile_robot_control.jit import APART, JITABLE
 from mobile_robot_control.loop import batch
+from mobile_robot_control.loop.closed_loop import Loop, LoopState
 from mobile_robot_control.loop.cross_track import PathTable
 from mobile_robot_control.loop.drawn import DrawnRuns, draw_of, drawn_parts, run_draws
 from mobile_robot_control.loop.indices import MeasuredMotion, PerformanceIndices, Totals
 from mobile_robot_control.loop.monte_carlo import make_judge
 from mobile_robot_control.loop.ticks import Form
-from mobile_robot_control.loop.trial import Outcome, Trial, bind, cart_motion, given_motion, prepared_loop, roll_trial
+from mobile_robot_control.loop.trial import (
+    CartMotion,
+    Outcome,
+    Trial,
+    VariedTrials,
+    bind,
+    cart_motion,
+    given_motion,
+    prepared_loop,
+    roll_trial,
+)
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Pose, WheelTorque
 from mobile_robot_control.trees import Shape, flat, reader, shape_of, writer
@@ -109,8 +121,10 @@ def differs(assembly: str) -> str:
 
 
 def _jitted(kernel: Callable[..., None]) -> Any:
-    # the linker's own optimisation would contract
-    return cuda.jit(kernel) if SIMULATED else cuda.jit(lto=False, launch_bounds=_BLOCK)(kernel)
+    # a search has few trials a launch
+    warnings.filterwarnings('ignore', 'Grid size', errors.NumbaPerformanceWarning)
+    # the linker's own optimisation would contract; as a decorator with options, jit forgets that of the linker
+    return cuda.jit(kernel) if SIMULATED else cuda.jit(kernel, lto=False, launch_bounds=_BLOCK)
 
 
 def _rollout(step: Callable[..., Any], form: Form, *more: Callable[..., Any]) -> Callable[..., Outcome]:
@@ -138,10 +152,10 @@ def _motion_of(form: Form) -> Callable[..., Any]:
     return measured if form.indices else alone
 
 
-def _motion_arrays(trial: Trial) -> tuple[Any, ...]:
-    """Return references and path of a trial; an empty path without indices."""
-    given = batch.arrays(cart_motion(trial), trial.form.indices)
-    if trial.form.indices:
+def _motion_arrays(motion: CartMotion, form: Form) -> tuple[Any, ...]:
+    """Return references and path of a motion; an empty path without indices."""
+    given = batch.arrays(motion, form.indices)
+    if form.indices:
         return given.references, *given.path
     nothing = np.zeros(0)
     return given, nothing, nothing, nothing, nothing, 0, 0.0, 0.0
@@ -200,8 +214,61 @@ def outcome_like(form: Form) -> Outcome:
                    PerformanceIndices() if form.indices else ())
 
 
-_trial_kernel = lru_cache(maxsize=32)(lambda *made_of: _jitted(make_trial_kernel(*made_of)))
-_draw_kernel = lru_cache(maxsize=32)(lambda *made_of: _jitted(make_draw_kernel(*made_of)))
+_trial_kernel = lru_cache(maxsize=128)(lambda *made_of: _jitted(make_trial_kernel(*made_of)))
+_draw_kernel = lru_cache(maxsize=128)(lambda *made_of: _jitted(make_draw_kernel(*made_of)))
+
+
+class _Rows(NamedTuple):
+    """Rows of trials that share a launch: the number of their sequence, and their places in it."""
+
+    number: int
+    places: Sequence[int]
+    rows: Floats
+
+
+def _key(trial: Trial, tree: Any) -> tuple[Any, ...]:
+    """Return what trials of one launch have in common."""
+    return trial.law, trial.form, shape_of(tree), cart_motion(trial), trial.steps, trial.ratio, trial.late
+
+
+def _rows_of(number: int, trials: Sequence[Trial]) -> Iterator[tuple[Any, _Rows]]:
+    """Yield trials by what they share; without those whose gains cannot be prepared, which the CPU tells."""
+    for place, one in enumerate(trials):
+        with suppress(ParameterError):
+            tree = one.state, prepared_loop(one)
+            yield _key(one, tree), _Rows(number, (place,), np.array([flat(tree)]))
+
+
+def _varied_rows(number: int, trials: VariedTrials) -> Iterator[tuple[Any, _Rows]]:
+    """Yield trials as `_rows_of` does: gains are converted once, and written into the rows of all their trials."""
+    several: dict[Any, list[tuple[int, list[float]]]] = {}
+    size = len(trials.trials)
+    for n, gains in enumerate(trials.gains):
+        batch.compile_prepare(gains.law)
+        with suppress(ParameterError):
+            own = (gains.start, gains.velocity, prepared_gains(
+                LAWS[gains.law], gains.law_gains, trials.trials[0].loop.position_dt), gains.lead)
+            several.setdefault(shape_of(own), []).append((n, flat(own)))
+    for alike in several.values():
+        first, numbers = alike[0][0], np.array([numbers for _, numbers in alike])
+        for place in range(size):
+            one: Trial = trials[first * size + place]
+            tree = one.state, prepared_loop(one)
+            rows = np.tile(np.array(flat(tree)), (len(alike), 1))
+            rows[:, _places_of_gains(*tree)] = numbers
+            yield _key(one, tree), _Rows(number, [n * size + place for n, _ in alike], rows)
+
+
+def _places_of_gains(state: LoopState, loop: Loop) -> list[int]:
+    """Return where the numbers of a law's state and of the gains stand in a row of state and loop."""
+    at, places = 0, list[int]()
+    for tree, chosen in ((state, ('law',)), (loop, ('velocity_gains', 'law_gains', 'lead'))):
+        for name, part in tree._asdict().items():
+            size = len(flat(part))
+            if name in chosen:
+                places += range(at, at + size)
+            at += size
+    return places
 
 
 class Cuda:
@@ -214,25 +281,32 @@ class Cuda:
         self._checked: set[Any] = set()
 
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
-        """Run trials; the outcomes are in the same order. Trials with one motion and form share launches."""
-        alike: dict[Any, list[int]] = {}
-        rows: dict[int, list[float]] = {}
-        for n, one in enumerate(trials):
-            try:
-                tree = one.state, prepared_loop(one)
-            except ParameterError:  # told where it is run on the CPU
-                continue
-            rows[n] = flat(tree)
-            alike.setdefault((one.law, one.form, shape_of(tree), cart_motion(one), one.steps, one.ratio, one.late), []
-                             ).append(n)
-        found: dict[int, Outcome] = {}
-        for (law, form, shape, _, steps, ratio, late), chosen in alike.items():
-            kernel, outcome_of = _trial_kernel(_step(law), form, shape), reader(shape_of(outcome_like(form)))
-            made = self._launched(law, kernel, np.array([rows[n] for n in chosen]), (), (
-                *_motion_arrays(trials[chosen[0]]), steps, ratio, late), len(flat(outcome_like(form))))
-            found |= {n: outcome_of(row) for n, row in zip(chosen, made.tolist(), strict=True)
-                      if not math.isnan(row[0])}
-        return [found[n] if n in found else _on_cpu(one) for n, one in enumerate(trials)]
+        """Run trials; the outcomes are in the same order."""
+        return self.together([trials])[0]
+
+    def together(self, several: Sequence[Sequence[Trial]]) -> list[list[Outcome]]:
+        """Run several sequences of trials; those with one motion and form share launches."""
+        found: list[list[Any]] = [[None] * len(trials) for trials in several]
+        alike: dict[Any, list[_Rows]] = {}
+        for number, trials in enumerate(several):
+            for key, part in (_varied_rows(number, trials) if isinstance(trials, VariedTrials) else
+                              _rows_of(number, trials)):
+                alike.setdefault(key, []).append(part)
+        launched = []
+        for (law, form, shape, motion, steps, ratio, late), parts in alike.items():
+            kernel = _trial_kernel(_step(law), form, shape)
+            launched.append((self._launched(
+                law, kernel, np.concatenate([part.rows for part in parts]), (),
+                (*_motion_arrays(motion, form), steps, ratio, late), len(flat(outcome_like(form)))), form, parts))
+        for chunks, form, parts in launched:
+            outcome_of, made = reader(shape_of(outcome_like(form))), iter(chunks().tolist())
+            for part in parts:
+                for place in part.places:
+                    row = next(made)
+                    if not math.isnan(row[0]):
+                        found[part.number][place] = outcome_of(row)
+        return [[_on_cpu(one) if outcome is None else outcome for one, outcome in zip(trials, outcomes, strict=True)]
+                for trials, outcomes in zip(several, found, strict=True)]
 
     def each(
         self, function: Callable[[Any], Any], chunks: Sequence[Any], _law: str,
@@ -240,36 +314,61 @@ class Cuda:
     ) -> list[Any]:
         """Return a function of each of some chunks: `run_draws` alone has a form for a GPU."""
         assert function is run_draws  # noqa: S101 (for readers: no caller has another one)
-        return [*map(self._draws, cast('Sequence[DrawnRuns]', chunks))]
+        launched = [*map(self._draws, cast('Sequence[DrawnRuns]', chunks))]
+        return [found() for found in launched]
 
-    def _draws(self, runs: DrawnRuns) -> Floats:
+    def _draws(self, runs: DrawnRuns) -> Callable[[], Floats]:
+        """Launch draws, and return what waits for them."""
         trial, plant = runs.scene.trial, np.array(flat(runs.scene.values))
         tree = trial.state, prepared_loop(trial)
         varied, _ = drawn_parts(runs.scene)
         kernel = _draw_kernel(_step(trial.law), trial.form, (shape_of(tree), shape_of(runs.scene.values)), varied,
                               len(plant))
         width = len(make_judge(trial.form)(outcome_like(trial.form), 0, 0.0))
-        found = self._launched(trial.law, kernel, runs.rows, (np.array(flat(tree)), plant, runs.places), (
-            *_motion_arrays(trial), trial.steps, trial.ratio, trial.late, runs.within), width)
-        for n in np.flatnonzero(np.isnan(found[:, 0])):
-            # the law raised, which a GPU does not tell
-            found[n] = run_draws(runs._replace(rows=runs.rows[n:n + 1]))[0]
-        return found
+        rows = self._launched(trial.law, kernel, runs.rows, (np.array(flat(tree)), plant, runs.places), (
+            *_motion_arrays(cart_motion(trial), trial.form), trial.steps, trial.ratio, trial.late, runs.within), width)
+
+        def drawn() -> Floats:
+            found = rows()
+            for n in np.flatnonzero(np.isnan(found[:, 0])):
+                # the law raised, which a GPU does not tell
+                found[n] = run_draws(runs._replace(rows=runs.rows[n:n + 1]))[0]
+            return found
+
+        return drawn
 
     def _launched(
         self, law: str, kernel: Any, rows: Floats, before: tuple[Any, ...], after: tuple[Any, ...], width: int
-    ) -> Floats:
-        """Launch a kernel over rows, chunk by chunk; rows that it did not write are nan."""
-        found = np.full((len(rows), width), np.nan)
-        given = [cuda.to_device(one) if isinstance(one, np.ndarray) else one for one in before]
-        then = [cuda.to_device(one) if isinstance(one, np.ndarray) else one for one in after]
-        for first in range(0, len(rows), CHUNK):
-            part, made = cuda.to_device(rows[first:first + CHUNK]), cuda.to_device(found[first:first + CHUNK])
+    ) -> Callable[[], Floats]:
+        """Launch a kernel over rows, and return what waits for its own; rows that it did not write are nan."""
+        found, stream = np.full((len(rows), width), np.nan), cuda.stream()
+
+        def sent(array: Any) -> Any:
+            return cuda.to_device(array, stream=stream) if isinstance(array, np.ndarray) else array
+
+        given, then = [*map(sent, before)], [*map(sent, after)]
+
+        def launch(first: int) -> tuple[int, Any]:
+            part, made = sent(rows[first:first + CHUNK]), sent(found[first:first + CHUNK])
             with uncontracted():
                 self._check(law, kernel, (*given, part, *then, made))
-                kernel[-(-len(part) // _BLOCK), _BLOCK](*given, part, *then, made)
-            found[first:first + CHUNK] = made.copy_to_host()
-        return found
+                kernel[-(-len(part) // _BLOCK), _BLOCK, stream](*given, part, *then, made)
+            return first, made
+
+        def waited(chunk: tuple[int, Any]) -> None:
+            first, made = chunk
+            found[first:first + CHUNK] = made.copy_to_host(stream=stream)
+            stream.synchronize()
+
+        last = launch(0)
+
+        def chunks() -> Floats:
+            waited(last)
+            for first in range(CHUNK, len(rows), CHUNK):
+                waited(launch(first))
+            return found
+
+        return chunks
 
     def _check(self, law: str, kernel: Any, arguments: tuple[Any, ...]) -> None:
         """Raise ParameterError if a law does not compile, or if its bits would differ from the CPU's."""

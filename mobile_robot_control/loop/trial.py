@@ -2,12 +2,14 @@
 
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+from mobile_robot_control.control.compensation import Lead
 from mobile_robot_control.control.law import LawStep, is_sound
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
+from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.loop.closed_loop import Loop, LoopState
 from mobile_robot_control.loop.cross_track import GrowingPath
 from mobile_robot_control.loop.indices import (
@@ -81,6 +83,59 @@ class Trial(NamedTuple):
     form: Form = IDEAL_FORM
     path: Any = ()
     drawing: Any = ()
+
+
+class LoopGains(NamedTuple):
+    """
+    What a search changes in a trial.
+
+    Attributes
+    ----------
+    law : str
+        Of LAWS.
+    start : object
+        State of the law at t = 0.
+    velocity : VelocityGains
+        Of the velocity law.
+    law_gains : tuple
+        Of the position law, as declared.
+    lead : Lead
+        Times by which commands lead.
+    """
+
+    law: str
+    start: Any
+    velocity: VelocityGains
+    law_gains: Any
+    lead: Lead
+
+
+class VariedTrials(Sequence[Trial]):
+    """
+    Trials with several gains: all trials with the first gains, then all with the next.
+
+    Parameters
+    ----------
+    trials : sequence of Trial
+        Of one law.
+    gains : sequence of LoopGains
+        Of another law, perhaps.
+    """
+
+    def __init__(self, trials: Sequence[Trial], gains: Sequence[LoopGains]) -> None:
+        self.trials, self.gains = trials, gains
+
+    def __len__(self) -> int:
+        return len(self.trials) * len(self.gains)
+
+    def __getitem__(self, n: Any) -> Any:
+        if isinstance(n, slice):
+            return [self[k] for k in range(*n.indices(len(self)))]
+        number, place = divmod(range(len(self))[n], len(self.trials))
+        trial, gains = self.trials[place], self.gains[number]
+        return trial._replace(
+            law=gains.law, state=trial.state._replace(law=gains.start),
+            loop=trial.loop._replace(velocity_gains=gains.velocity, law_gains=gains.law_gains, lead=gains.lead))
 
 
 class Outcome(NamedTuple):

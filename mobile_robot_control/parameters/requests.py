@@ -173,3 +173,19 @@ def assemble(request: type[Request], values: Mapping[str, Any]) -> Request:
         elif name in values:
             parts[name] = values[name]
     return request(**parts)
+
+
+def read_bounds(value: Any) -> tuple[str, tuple[float, float]]:
+    """Read NAME=LOW:HIGH, or a name with a pair of numbers."""
+    try:
+        if isinstance(value, str):
+            name, _, interval = value.partition('=')
+            low, _, high = interval.partition(':')
+        else:
+            name, interval = value
+            if isinstance(interval, str):
+                raise TypeError
+            low, high = interval
+        return name, (float(low), float(high))
+    except (ValueError, TypeError):
+        raise ValueError('write NAME=LOW:HIGH, such as k1=0:5, or a pair (low, high), such as (0.0, 5.0)') from None

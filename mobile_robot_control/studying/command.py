@@ -17,6 +17,8 @@ Files written to DIR:
               click, unless Ctrl-C ended the study
   starts.png, starts.svg
               map of the starts; the SVG follows light and dark pages
+  map.png, map.svg
+              with --map, success and error over two quantities
 
 The output says for each controller where it fails (docs/tuning.md#where-a-controller-fails) and what the
 numbers hold for (docs/promises.md), then compares them (docs/tuning.md#two-controllers-compared).

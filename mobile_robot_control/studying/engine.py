@@ -36,12 +36,13 @@ from mobile_robot_control.loop.workers import Workers
 from mobile_robot_control.model.motors import LONGEST_DELAY
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError
-from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.parameters.requests import Reader, read_bounds
 from mobile_robot_control.reference.curves import CURVES, PATH
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.studying.comparison import COMPARED, answer_text, best_of, comparison_texts, comparison_values
 from mobile_robot_control.studying.failures import failure_texts, failure_values
+from mobile_robot_control.studying.maps import on_a_map
 from mobile_robot_control.system.texts import as_lines, printable
 
 _TRIES = 100
@@ -174,6 +175,11 @@ class StudyRequest(NamedTuple):
     success_within: Annotated[float, Field('m', 'largest distance from the reference over the last quarter of a '
                                            'successful run', above=0.0)] = WITHIN
     settled_within: Annotated[float, Field('m', 'error band of settling_time and share_within_band', above=0.0)] = BAND
+    map: Annotated[tuple[tuple[str, tuple[float, float]], ...], Field(
+        '', 'two quantities with bounds, such as x=-1:1 y=-1:1: the runs lie on a square grid over both, and have all '
+        "else in common, with the first curve and scale; the start's x, y [m] and heading [rad], the factors mass and "
+        'friction, or parameters of the plant, such as plant.base.lag[0]', length=2),
+        Reader(read_bounds, 'NAME=LOW:HIGH')] = ()
     where: Annotated[Workers, INLINE] = Workers()
 
     @property
@@ -193,7 +199,7 @@ class StudyRequest(NamedTuple):
         return self.sources._replace(robot=robot)
 
 
-_BATCH, _MOST = 100, 10_000
+_BATCH = 100
 """Runs in a batch: as many at first, and more if it takes less time than `_SHORT` [s]."""
 _SHORT = 0.3
 _VARIATION = 0.2
@@ -242,7 +248,10 @@ def drawn_scenarios(request: StudyRequest, parameters: Configuration) -> Scenari
         robots = [*draw_robots(request.robot_uncertainty, parameters, request.runs, request.seed)]
         drawn.robot_names = tuple(name for name, _ in robots[0])
         drawn.robots = np.array([[value for _, value in one] for one in robots])
-    return drawn
+    if request.map and request.robot_uncertainty is not None:
+        raise ParameterError(['--map: leave --robot-uncertainty out; the robot is that of the file'])
+    curve = _curves(request, parameters)[0]
+    return on_a_map(request.map, parameters, drawn, curve, request.scales[0]) if request.map else drawn
 
 
 def studied_controllers(request: StudyRequest) -> dict[str, Configuration]:
@@ -309,7 +318,7 @@ def run_study(
             progress(len(batch))
             first += size
             if time.perf_counter() - begun < _SHORT:
-                size = min(2 * size, _MOST)
+                size *= 2
         if rows:
             results[name] = StudiedController(scenarios, JudgedRuns.of_rows(np.concatenate(rows)),
                                               promise(parameters, scenarios), parameters)

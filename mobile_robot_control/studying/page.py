@@ -221,7 +221,8 @@ def _paragraphs(texts: Sequence[str]) -> str:
 
 
 def _parts(
-    controllers: Mapping[str, StudiedRuns], judgement: Judgement, svg: str, made: Mapping[str, Any], interrupted: bool
+    controllers: Mapping[str, StudiedRuns], judgement: Judgement, svg: str, made: Mapping[str, Any], interrupted: bool,
+    mapped: str,
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     numbers = {name: summarise_runs(runs.judged) for name, runs in controllers.items()}
@@ -238,9 +239,14 @@ def _parts(
         yield page.warning('What is missing', ['the study was interrupted; the page has the runs that were done'])
     compared = list(comparison_texts(judged, judgement.metrics, judgement.band))
     failures = {name: list(failure_texts(runs.scenarios, runs.judged)) for name, runs in controllers.items()}
-    yield page.contents([('starts', 'Starts', ()), *([('failures', 'Failures', ())] if any(failures.values()) else []),
+    yield page.contents([*([('map', 'Map', ())] if mapped else []), ('starts', 'Starts', ()),
+                         *([('failures', 'Failures', ())] if any(failures.values()) else []),
                          *([('compared', 'Compared', ())] if compared else []), ('metrics', 'Metrics', ()),
                          ('runs', 'Runs', ()), ('holds', 'What holds', ())])
+    if mapped:
+        yield page.section('map-section', 'Map', page.picture(
+            'Success and error', 'A cell is a run; all have the same curve, scale and noise.', page.drawing(mapped),
+            name='map'))
     yield page.section('starts-section', 'Starts', page.picture(
         'Where the robot started', "Offset from the cart's start; lines show headings. A click on a ringed run, or its "
         'name, replays it.', page.drawing(svg), name='starts'),
@@ -263,7 +269,7 @@ def _parts(
 
 def write_study_page(
     file: Path, controllers: Mapping[str, StudiedRuns], judgement: Judgement, svg: str, made: Mapping[str, Any],
-    interrupted: bool = False,
+    interrupted: bool = False, mapped: str = '',
 ) -> None:
     """
     Write the page of a study.
@@ -282,7 +288,9 @@ def write_study_page(
         Result of `provenance` for all controllers by name.
     interrupted : bool
         Whether runs are missing.
+    mapped : str
+        The map of two quantities as SVG; '' for none.
     """
     scripts = [*replay_scripts(), *map(asset, (UPLOT_SCRIPT, 'charts.js', 'study.js'))]
-    parts = _parts(controllers, judgement, svg, made, interrupted)
+    parts = _parts(controllers, judgement, svg, made, interrupted, mapped)
     write_atomically(file, page.page('Study', parts, [*replay_styles(), *chart_styles()], scripts))

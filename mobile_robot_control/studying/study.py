@@ -117,12 +117,13 @@ ROWS = 100_000
 
 def write_study(made: Study, folder: Path, all_runs: bool = False) -> Path:
     """
-    Write `study.json`, `runs.csv`, `starts.png` and `study.html` into a folder, and return the page.
+    Write `study.json`, `runs.csv`, `starts.png`, `map.png` of a map, and `study.html`, and return the page.
 
     `runs.csv` has the first `ROWS` runs of each controller, or all.
     """
     # imported late: Matplotlib takes a second
     from mobile_robot_control.figures.drawing import draw_and_save  # noqa: PLC0415
+    from mobile_robot_control.figures.palette import save  # noqa: PLC0415
 
     request, interrupted = made.request, made.values['interrupted']
     folder.mkdir(parents=True, exist_ok=True)
@@ -134,8 +135,14 @@ def write_study(made: Study, folder: Path, all_runs: bool = False) -> Path:
     shown = {name: StudiedRuns(one.scenarios, one.judged, one.promise, replayed_runs(one, request.laps, chosen))
              for name, one in made.studied.items()}
     svg = draw_and_save(starts_figure(shown), folder / 'starts.png')
+    mapped = ''
+    if request.map:
+        from mobile_robot_control.studying.map_picture import map_figure  # noqa: PLC0415 (Matplotlib, too)
+
+        mapped = save(map_figure(request.map, {name: one.judged for name, one in made.studied.items()}),
+                      folder / 'map.png')
     judgement = Judgement(made.values['success'], request.metrics, request.settled_within)
-    write_study_page(folder / 'study.html', shown, judgement, svg, made.provenance, interrupted)
+    write_study_page(folder / 'study.html', shown, judgement, svg, made.provenance, interrupted, mapped)
     return folder / 'study.html'
 
 

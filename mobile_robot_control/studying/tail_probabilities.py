@@ -69,6 +69,19 @@ def student_quantile(confidence: float, freedom: int) -> float:
     return math.sqrt(freedom * x / (1.0 - x))
 
 
+def student_tails(t: float, freedom: int) -> float:
+    """
+    Return the probability beyond -t and t of Student's distribution.
+
+    Examples
+    --------
+    >>> round(student_tails(2.2281, 10), 4)
+    0.05
+
+    """
+    return incomplete_beta(0.5 * freedom, 0.5, freedom / (freedom + t * t))
+
+
 @lru_cache(maxsize=256)
 def binomial_interval(successes: int, trials: int, confidence: float) -> tuple[float, float]:
     """

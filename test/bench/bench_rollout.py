@@ -21,11 +21,13 @@ from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.loop import batch, drawn
-from mobile_robot_control.loop.drawn import run_draws
+from mobile_robot_control.loop.drawn import Drawing, judged_rows, run_draws
 from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.scenarios import configured_scenario
 from mobile_robot_control.loop.trial import cart_motion, make_trial, references
+from mobile_robot_control.loop.workers import Workers, runner
 from mobile_robot_control.model.robot import angular_inertia, half_separation, linear_inertia
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.cart import reference_at
@@ -209,6 +211,25 @@ def _whole_study():
     return whole / spent, 1e6 * (whole - spent) / runs
 
 
+def _on_a_gpu():
+    """Yield how much faster drawn laps run on a GPU than on all cores; nothing without one."""
+    try:
+        with runner(Workers(device='cuda')) as gpu, runner(Workers()) as pool:
+            loop = ParameterSources().configuration()
+            scenarios = draw_scenarios(ScenarioDistribution(('trifolium',), (1.0,)), 200_000, 1)
+            rates = []
+            for run, many in ((gpu, 200_000), (pool, 2000)):
+                drawing = Drawing(loop, 1.0, 0.75, lambda form: form, 0.1, {})
+                judged_rows(run, drawing, scenarios[:many])
+                begun = time.perf_counter()
+                judged_rows(run, drawing, scenarios[:many])
+                rates.append(many / (time.perf_counter() - begun))
+            yield at_least('drawn laps on a GPU / on all cores', rates[0] / rates[1], 20.0,
+                           f'{rates[0]:,.0f} to {rates[1]:,.0f} a second on {batch.cores()} cores')
+    except ParameterError as error:
+        show(f'no row of a GPU: {error}')
+
+
 def rows():
     """Measure; yields the rows of the table."""
     if not batch.COMPILES:
@@ -240,3 +261,4 @@ def rows():
     ratio, own = _whole_study()
     yield at_most('study / its rollouts', ratio, 1.2,
                   f'CPU of 20,000 quarter laps with their table, one core; {own:.0f} us of its own a run')
+    yield from _on_a_gpu()

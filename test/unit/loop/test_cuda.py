@@ -15,12 +15,13 @@ pytest.importorskip('numba')
 
 # the simulator is chosen before numba is imported; it runs Python, and so shows rows and launches, not code
 KERNELS = """
+from mobile_robot_control.control.compensation import Lead
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.cuda import Cuda
 from mobile_robot_control.loop.drawn import Drawing, run_draws
 from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
-from mobile_robot_control.loop.trial import make_trial
+from mobile_robot_control.loop.trial import LoopGains, VariedTrials, make_trial
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.settings.configure import ParameterSources
 
@@ -31,7 +32,12 @@ for law in LAWS:
         loop = ParameterSources(robot=robot).with_values({'position_controller.controller_type': law}).configuration()
         one = make_trial(loop, 0.04)
         trials = [one, one._replace(form=one.form._replace(indices=True))]
-        assert repr(gpu(trials)) == repr(batch.run_trials(trials, False)), (law, robot)
+        # as a search varies them, here by the velocity gains and the times of the feedforward
+        gains = [LoopGains(law, one.state.law, one.loop.velocity_gains._replace(k1=k), one.loop.law_gains, Lead(k, k))
+                 for k in (0.1, 0.2)]
+        varied = VariedTrials([one, one._replace(steps=10)], gains)
+        assert repr(gpu.together([trials, varied])) == repr(
+            [batch.run_trials(part, False) for part in (trials, [*varied])]), (law, robot)
         drawing = Drawing(loop, 0.003, 0.001, lambda form: form._replace(indices=True), 0.1, {})
         for _, runs in drawing.runs(draw_scenarios(noisy, 3, 1)):
             assert gpu.each(run_draws, [runs], law)[0].tobytes() == run_draws(runs, False).tobytes(), (law, robot)
@@ -91,6 +97,8 @@ def test_the_kernel_of_the_default_form_compiles_without_contraction(monkeypatch
     monkeypatch.setattr(dispatcher, 'get_current_device', lambda: SimpleNamespace(compute_capability=(9, 0)))
     monkeypatch.setattr(codegen.CUDACodeLibrary, '_ensure_cc', lambda _, asked: asked or (9, 0))
     one = make_trial(Configuration(), 1.0)
+    # what the linker optimises is contracted
+    assert cuda._jitted(lambda rows: None).targetoptions['lto'] is False
     kernel = cuda.make_trial_kernel(LAWS[one.law].step, one.form, shape_of((one.state, prepared_loop(one))))
     rows, column, whole, number = types.float64[:, ::1], types.float64[::1], types.int64, types.float64
     with cuda.uncontracted():

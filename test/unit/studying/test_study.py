@@ -1,19 +1,23 @@
 """The command `study`: its numbers, files and exit codes."""
 
+import contextlib
 import csv
 import json
 import math
 import os
 import signal
 
+import numpy as np
 import pytest
 from helpers.harness import numbers_in
 
 from mobile_robot_control.figures import drawing
 from mobile_robot_control.figures.drawing import draw_and_save
 from mobile_robot_control.loop.metric_table import INDICES
+from mobile_robot_control.loop.monte_carlo import JudgedRuns
 from mobile_robot_control.studying import command as study
 from mobile_robot_control.studying import engine
+from mobile_robot_control.studying.map_picture import map_figure
 
 pytestmark = pytest.mark.usefixtures('plain')
 
@@ -155,6 +159,36 @@ def test_the_same_seed_gives_the_same_study_and_each_controller_has_its_own_dela
     # the first has a delay of 1 in both, and noise in one
     assert quiet[0]['objective'] != rows[0]['objective']
     assert quiet[0]['start_x'] == rows[0]['start_x']
+
+
+def test_a_map_has_a_run_for_each_cell_of_a_grid_and_its_picture_on_the_page(tmp_path, monkeypatch):
+    monkeypatch.setattr(drawing, 'draw_and_save', draw_and_save)
+    assert run(tmp_path, 9, '--map', 'x=-0.1:0.1', '/**.robot.mass=5:15', '--longest-delay', '2') == 0
+    _, rows = read(tmp_path)
+    assert [(float(row['start_x']), float(row['/**.robot.mass'])) for row in rows] == [
+        (x, mass) for mass in (5.0, 10.0, 15.0) for x in (-0.1, 0.0, 0.1)]
+    # all else is alike
+    for name in ('curve', 'scale', 'start_y', 'start_yaw', 'mass_factor', 'friction_factor', 'noise_seed', 'delay'):
+        assert len({row[name] for row in rows}) == 1
+    assert len({row['rms_position_error'] for row in rows}) == 9
+    assert (tmp_path / 'map.png').stat().st_size > 5000
+    assert 'Success and error' in (tmp_path / 'study.html').read_text(encoding='utf-8')
+    # where nothing succeeds, and after an interrupt, there is a picture, too
+    failed = JudgedRuns(np.zeros(3, bool), {'rms_position_error': np.full(3, np.inf)}, np.array(['diverged'] * 3))
+    drawn = map_figure((('x', (0.0, 1.0)), ('mass', (0.5, 2.0))), {'law': failed})
+    assert [one.get_text() for one in drawn.axes[0].get_legend().get_texts()][1].startswith('diverged')
+    assert drawn.axes[0].get_title() == 'law: 0 % succeed'
+
+
+@pytest.mark.parametrize(('arguments', 'told'), [
+    ((8, '--map', 'x=0:1', 'y=0:1'), 'ask for 4 or 9'), ((9, '--map', 'x=0:1'), 'map'),
+    ((9, '--map', 'x=0:1', 'weight=0:1'), "'weight'"), ((9, '--map', 'x=0:1', 'plant.base.lag[0]=-1:0'), 'lag'),
+    ((9, '--map', 'x=0:1', '/**.robot.mas=1:2'), 'mas'),
+])
+def test_a_map_that_cannot_be_drawn_is_refused_by_name(tmp_path, capsys, arguments, told):
+    with contextlib.suppress(SystemExit):
+        assert run(tmp_path, *arguments) == 2
+    assert told in capsys.readouterr().err
 
 
 def test_bad_usage_ends_with_exit_code_2(tmp_path, capsys):
