@@ -6,16 +6,16 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from mobile_robot_control.benchmarking.engine import (
+from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, Done
+from mobile_robot_control.benchmarking.page import write_benchmark_page
+from mobile_robot_control.benchmarking.table import (
     COLUMNS,
-    Benchmark,
-    BenchmarkRequest,
-    Done,
     benchmark_table,
     benchmark_values,
+    latex_table,
+    runs_table,
     summary_lines,
 )
-from mobile_robot_control.benchmarking.page import write_benchmark_page
 from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.runs.run import as_dataframe
 from mobile_robot_control.search.tune import refuse_files
@@ -54,7 +54,7 @@ class Benchmarked(NamedTuple):
 
     @property
     def results(self) -> list[dict[str, Any]]:
-        """A row for each law, track, seed and budget: ranks, success, numbers and gains."""
+        """A row for each law, track, kind of gains, seed and budget: success, numbers and values of the gains."""
         found: list[dict[str, Any]] = self.values['results']
         return found
 
@@ -81,22 +81,43 @@ class Benchmarked(NamedTuple):
         """Return `results` as a table of pandas; raise ModuleNotFoundError where that is not installed."""
         return as_dataframe({name: [row[name] for row in self.results] for name in COLUMNS})
 
+    @property
+    def ranks(self) -> list[dict[str, Any]]:
+        """A row for each track, budget and law over all seeds, the best law of a track first."""
+        found: list[dict[str, Any]] = self.values['ranks']
+        return found
+
 
 def benchmarked(asked: Benchmark, done: Done, command_line: str) -> Benchmarked:
-    """Return the result of a benchmark of which everything is done."""
+    """Return the result of what is done of a benchmark."""
     return Benchmarked(benchmark_values(asked, done), provenance(command_line, None), asked, done)
 
 
 def write_benchmark(made: Benchmarked, folder: Path, seconds: float | None = None) -> Path:
-    """Write `benchmark.json`, `benchmark.csv` and `benchmark.html` into a folder, and return the page."""
+    """
+    Write the page of a benchmark with its picture, and its numbers as JSON, CSV and LaTeX, into a folder.
+
+    Returns
+    -------
+    Path
+        The page.
+    """
+    # imported late: Matplotlib takes a second
+    from mobile_robot_control.benchmarking.picture import ratios_figure, save_picture  # noqa: PLC0415
+
     folder.mkdir(parents=True, exist_ok=True)
     pictures: dict[str, dict[str, Any]] = {}
     for cell, found in made.done:
-        pictures.setdefault(cell.track.name, {}).setdefault(cell.law, found['drawn'])
+        if not cell.feedforward:
+            pictures.setdefault(cell.track.name, {}).setdefault(cell.law, found['drawn'])
     beside = {'seconds': seconds, 'provenance': made.provenance}
     write_atomically(folder / 'benchmark.json', json.dumps({**made.values, **beside}, indent=1) + '\n')
     write_atomically(folder / 'benchmark.csv', benchmark_table(made.values))
-    write_benchmark_page(folder / 'benchmark.html', made.values, pictures, made.provenance)
+    write_atomically(folder / 'benchmark_runs.csv', runs_table(made.done))
+    write_atomically(folder / 'benchmark.tex', latex_table(made.values))
+    figure = ratios_figure(made.values)
+    svg = save_picture(figure, folder / 'benchmark.pdf') if figure else ''
+    write_benchmark_page(folder / 'benchmark.html', made.values, pictures, svg, made.provenance)
     return folder / 'benchmark.html'
 
 

@@ -9,8 +9,10 @@ For example:
 
 Files written to DIR:
   benchmark.html  ranks on each track, a sortable table, paths and errors, failures, gains
-  benchmark.json, benchmark.csv
-                  the same numbers (docs/metrics.md#benchmarkjson)
+  benchmark.json, benchmark.csv, benchmark_runs.csv
+                  the same numbers, and all judged runs (docs/metrics.md#benchmarkjson)
+  benchmark.pdf, benchmark.tex
+                  picture and table of the laws over all tracks, for a paper
   cells           a file for each finished law, track and seed, from which --resume goes on
 
 Exit codes of --verify: 0 all repeated runs agree within 1e-9, 1 one differs.
@@ -24,7 +26,8 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.benchmarking.benchmark import benchmarked, write_benchmark
 from mobile_robot_control.benchmarking.cell import check_arithmetic
-from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, Done, summary_lines
+from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, Done
+from mobile_robot_control.benchmarking.table import summary_lines
 from mobile_robot_control.cli import make_dds_main, make_parser, request_of
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.system.process import Interrupt
@@ -38,8 +41,7 @@ CELLS = 'cells'
 class BenchmarkFiles(NamedTuple):
     """Where the result of a benchmark goes."""
 
-    output: Annotated[str, Field('', 'folder for benchmark.html, benchmark.json, benchmark.csv, and for what is done '
-                                 'of them (cells)')]
+    output: Annotated[str, Field('', 'folder of the result, and of what is done of it (cells)')]
     resume: Annotated[bool, Field('', 'go on with what the folder holds; laws, tracks and seeds may be '
                       'added')] = False
     overwrite: Annotated[bool, Field('', 'replace a benchmark that the folder already holds')] = False
@@ -48,7 +50,7 @@ class BenchmarkFiles(NamedTuple):
 
 
 def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, command_line: str) -> int:
-    """Run a benchmark and write; return 0, or 1 after an interrupt."""
+    """Run a benchmark and write what is done; return 0, or 1 after an interrupt."""
     benchmark, folder = Benchmark(request), Path(files.output)
     cells = folder / CELLS
     held = [*cells.glob('*.json'), *cells.glob('*.journal')]
@@ -62,15 +64,17 @@ def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, comma
         check_arithmetic(file)
     begun = time.monotonic()
     done = run_with_progress(benchmark, cells)
-    if len(done) < len(benchmark.cells):
+    interrupted = len(done) < len(benchmark.cells)
+    if interrupted:
         print(f'benchmark: interrupted after {len(done)} of {len(benchmark.cells)} cells; --resume goes on',
               file=sys.stderr)
+    if not done:
         return 1
     made = benchmarked(benchmark, done, command_line)
     page = write_benchmark(made, folder, time.monotonic() - begun)
     print(*summary_lines(made.values), sep='\n')
     print(f'page: {printable(str(page.resolve()))}')
-    return 0
+    return int(interrupted)
 
 
 def run_with_progress(benchmark: Benchmark, cells: Path) -> Done:

@@ -1,14 +1,13 @@
 """The page of a benchmark: laws by tracks, ranks, paths and errors as small pictures, failures and gains."""
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
-from statistics import fmean
 from typing import Any
 
-from mobile_robot_control.benchmarking.cell import was_searched
-from mobile_robot_control.benchmarking.engine import is_first, law_summaries, rank_text
+from mobile_robot_control.benchmarking.table import CONFIGURED, FED, is_first, last_summary, rank_text, worth
 from mobile_robot_control.loop.metric_table import METRIC_TABLE
 from mobile_robot_control.pages import page
 from mobile_robot_control.pages.page import asset
@@ -30,10 +29,14 @@ th[aria-sort=ascending] button::after{content:' ▲'}th[aria-sort=descending] bu
 .multiples text{font-size:9px;fill:var(--soft)}
 .line{fill:none;stroke:var(--robot-1);stroke-width:1.5}.reference{fill:none;stroke:var(--path);stroke-width:3}
 .axis{stroke:var(--faint)}
+.errors{max-width:44rem}
 details.track{border-top:1px solid var(--faint);padding:.4rem 0}details.track>summary{font-weight:600}
 """
-_HEAD = ('law', 'track', 'ranks', 'success', 'of', 'at least', 'RMS error, median', '95 %', 'largest error',
-         'settling time', 'peak torque', 'energy', 'variation', 'RMS error, fed forward', 'one step')
+_HEAD = ('law', 'track', 'gains', 'seed', 'budget', 'success', 'at least', 'RMS error, median', '95 %',
+         'largest error', 'settling time', 'peak torque', 'energy', 'variation', 'RMS error of the search',
+         'Eq. (29) of the search', 'searches that agree', 'gains at an edge', 'one step')
+_RANKS = ('law', 'ranks', 'error to the best', 'interval', 'RMS error, median', 'success', 'converged', 'at an edge',
+          'as configured', 'with feedforward')
 
 
 def _cell(text: str, value: float | None) -> str:
@@ -46,39 +49,67 @@ def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return page.html_table(head, rows).replace('<table>', '<table class="sortable">', 1)
 
 
-def _row(values: Mapping[str, Any], row: Mapping[str, Any], several: bool) -> list[str]:
-    """Return the cells of a law on a track."""
-    track = f'{row["track"]}, seed {row["seed"]}, {row["budget"]}' if several else row['track']
-    if row['reason']:
-        return [page.breakable(row['law']), page.breakable(track), _cell(rank_text(row), row['rank']),
-                'failed' if was_searched(row) else '–', *['–'] * (len(_HEAD) - 4)]
+def _row(row: Mapping[str, Any]) -> list[str]:
+    """Return the cells of a law on a track with one seed."""
+    head = [page.breakable(row['law']), page.breakable(row['track']), row['gains'], str(row['seed']),
+            str(row['budget'])]
+    if not row['runs']:
+        return [*head, *['–'] * (len(_HEAD) - len(head))]
     variation, unit = ((row['torque_variation'], 'N m') if row['torque_variation'] is not None else
                        (row['command_variation'], 'm/s'))
-    return [page.breakable(row['law']), page.breakable(track), _cell(rank_text(row), row['rank']),
-            str(row['successes']), str(values['runs']), f'{100.0 * row["success_interval"][0]:.1f} %',
+    return [*head, f'{row["successes"]} of {row["runs"]}', f'{100.0 * row["success_interval"][0]:.1f} %',
             *(quantity(row[name], unit) for name, unit in (
                 ('rms', 'm'), ('rms_95', 'm'), ('worst', 'm'), ('settling_time', 's'), ('peak_wheel_torque', 'N m'),
-                ('energy', 'J'))), quantity(variation, unit), quantity(row['fed_rms'], 'm'),
-            quantity(row['step_time'], 's')]
+                ('energy', 'J'))), quantity(variation, unit), quantity(row['rms_searched'], 'm'),
+            quantity(row['eq29'], ''),
+            '–' if row['agreeing'] is None else str(row['agreeing']),
+            str(len(row['at_edge'])), quantity(row['step_time'], 's')]
 
 
-def _ranks(values: Mapping[str, Any], budget: int) -> str:
-    """Return the table of ranks with a budget: a row a law, a column a track, a range for each seed."""
-    found = {(row['law'], row['track'], row['seed']): row for row in values['results'] if row['budget'] == budget}
+def _ratio(row: Mapping[str, Any]) -> tuple[str, str]:
+    """Return an error as a multiple of the best law's, and its interval, as cells."""
+    low, high = row['ratio_interval'] or (None, None)
+    ratio = '–' if row['ratio'] is None else _cell(f'{row["ratio"]:.2f}', row['ratio'])
+    return ratio, '–' if low is None else f'{low:.2f} to {high:.2f}'
+
+
+def _other(row: Mapping[str, Any], kind: str) -> str:
+    """Return error and success with other gains as a cell."""
+    success = row[f'{kind}_success']
+    if success is None:
+        return '–'
+    return quantity(row[f'{kind}_rms'], 'm') + (f', {100.0 * success:.0f} %' if success < 1.0 else '')
+
+
+def _summary(values: Mapping[str, Any]) -> str:
+    """Return the table of laws over all tracks."""
     rows = []
-    for one in law_summaries({**values, 'results': list(found.values())}):
-        cells = []
-        for track in values['tracks']:
-            ranges = [found[one.law, track, seed] for seed in values['seeds']]
-            text = ', '.join(map(rank_text, ranges))
-            ranked = [0.5 * (row['rank'] + row['last_rank']) for row in ranges if was_searched(row)]
-            mean = fmean(ranked) if ranked else None
-            best = all(map(is_first, ranges))
-            cells.append(f'<span class="best">{_cell(text, mean)}</span>' if best else _cell(text, mean))
-        known = [_cell(f'{one.mean_rank:.1f}', one.mean_rank), _cell(f'{one.first} of {one.tables}', one.first),
-                 _cell(f'{100.0 * one.success:.1f} %', one.success)]
-        rows.append([page.breakable(one.law), *(known if one.tables else ['–'] * 3), *cells])
-    return _table(['law', 'mean rank', 'first', 'success', *values['tracks']], rows)
+    for one in last_summary(values):
+        told = (['–'] * 2 if one['mean_place'] is None else
+                [_cell(f'{one["mean_place"]:.1f}', one['mean_place']), _cell(f'{100.0 * one["success"]:.1f} %',
+                                                                            one['success'])])
+        rows.append([page.breakable(one['law']), *_ratio(one), f'{one["compared"]} of {len(values["tracks"])}',
+                     str(one['first']), *told, ', '.join(map(page.breakable, [*one['failed'], *one['not_searched']]))])
+    return _table(['law', 'error to the best', 'interval', 'tracks', 'no better law on', 'mean place', 'success',
+                   'not compared on'], rows)
+
+
+def _track(values: Mapping[str, Any], track: str, budget: int) -> str:
+    """Return the table of the laws of a track."""
+    rows = []
+    for row in values['ranks']:
+        if (row['track'], row['budget']) != (track, budget):
+            continue
+        if row['rank'] is None:
+            rows.append([page.breakable(row['law']), rank_text(row), *['–'] * (len(_RANKS) - 2)])
+            continue
+        ranks = _cell(rank_text(row), row['rank'])
+        rows.append([
+            page.breakable(row['law']), f'<span class="best">{ranks}</span>' if is_first(row) else ranks, *_ratio(row),
+            quantity(row['rms'], 'm'), _cell(f'{100.0 * row["success"]:.1f} %', row['success']),
+            '–' if row['converged'] is None else f'{row["converged"]} of {row["seeds"]}', str(row['at_edge']),
+            _other(row, CONFIGURED), _other(row, FED)])
+    return _table(_RANKS, rows)
 
 
 def _points(xs: Sequence[float], ys: Sequence[float]) -> str:
@@ -125,8 +156,8 @@ def _pictures(values: Mapping[str, Any], pictures: Pictures) -> Iterator[str]:
 
 def _failures(values: Mapping[str, Any]) -> list[list[str]]:
     """Return where laws fail: law, track, how many runs, and why."""
-    return [[page.breakable(row['law']), page.breakable(row['track']), str(row['seed']), str(row['budget']),
-             escape(row['reason']) if row['reason'] else
+    return [[page.breakable(row['law']), page.breakable(row['track']), row['gains'], str(row['seed']),
+             str(row['budget']), escape(row['reason']) if row['reason'] else
              _cell(f'{row["runs"] - row["successes"]} of {row["runs"]} runs', (row['runs'] - row['successes']))]
             for row in values['results'] if row['reason'] or row['successes'] < row['runs']]
 
@@ -148,59 +179,85 @@ def _published(values: Mapping[str, Any]) -> str:
 def _gains(values: Mapping[str, Any]) -> Iterator[str]:
     """Yield the gains of each law, folded."""
     for law in values['laws']:
-        lines = [f'{row["track"]}, seed {row["seed"]}, budget {row["budget"]}: ' + ', '.join(
-            f'{name.partition(".")[2]} = {value}' for name, value in row['gains'].items())
-            for row in values['results'] if row['law'] == law and row['gains']]
+        lines = [f'{row["track"]}, {row["gains"]}, seed {row["seed"]}, budget {row["budget"]}: ' + ', '.join(
+            f'{name.partition(".")[2]} = {value}' for name, value in row['values'].items())
+            + ''.join(f'; {edge}' for edge in row['at_edge'])
+            for row in values['results'] if row['law'] == law and row['values']]
         yield (f'<details class="track"><summary>{escape(law)}</summary><pre tabindex="0"><code>'
                f'{escape(chr(10).join(lines))}</code></pre></details>')
 
 
 def answer(values: Mapping[str, Any]) -> str:
     """Return the result in a sentence."""
-    best, *others = law_summaries(values)
-    if not best.tables:
+    best, *others = last_summary(values)
+    if best['mean_place'] is None:
         return f'No law was searched: {values["results"][0]["reason"]}.'
-    told = f'{best.law} has the best mean rank, {best.mean_rank:.1f}, of {len(values["laws"])} laws'
-    return (f'{told}; on {best.first} of {best.tables} tracks no law is better for certain.' if others else
-            f'{best.law} succeeds in {100.0 * best.success:.1f} % of the runs.')
+    if best['ratio'] is None or not others:
+        return f'{best["law"]} succeeds in {100.0 * best["success"]:.1f} % of the runs.'
+    low, high = best['ratio_interval']
+    interval = '' if low is None else f' ({low:.2f} to {high:.2f})'
+    return (f'{best["law"]} has the smallest errors, {best["ratio"]:.2f}{interval} times those of the best law on a '
+            f'track, in the mean over {best["groups"]} group{"s" * (best["groups"] != 1)} of tracks.')
 
 
-def _parts(values: Mapping[str, Any], pictures: Pictures, made: Mapping[str, Any]) -> Iterator[str]:
+def _picture(svg: str) -> str:
+    """Return the picture of the laws, as HTML."""
+    return page.picture('Errors', 'Each group of tracks, the mean and its interval.', page.drawing(svg), name='errors')
+
+
+def _missing(values: Mapping[str, Any]) -> str:
+    """Return what is not finished, and how to go on, as HTML."""
+    counts = Counter(f'{one["track"]}{" with feedforward" * one["feedforward"]}' for one in values['unfinished'])
+    listed = ', '.join(f'{count} on {name}' for name, count in counts.items())
+    return (f'<details class="track"><summary>Not finished: {len(values["unfinished"])} cells; the same command with '
+            f'--resume goes on</summary><p>{escape(listed)}</p></details>')
+
+
+def _parts(
+    values: Mapping[str, Any], pictures: Pictures, svg: str, made: Mapping[str, Any]
+) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
-    several = len(values['seeds']) * len(values['budgets'] or [0]) > 1
     budgets = ', '.join(map(str, values['budgets'])) or 'none: gains as configured'
     yield f'<section class="first"><h1>Benchmark</h1><p class="answer">{escape(answer(values))}</p></section>'
-    yield (f'<p class="soft">Candidates of each search: {budgets}. Seeds: {", ".join(map(str, values["seeds"]))}. '
-           f'Scenarios of a search: {values["scenarios"]}; scenarios that judge: {values["runs"]}. Hash '
-           f'<code>{values["hash"]}</code>.</p>')
+    yield (f'<p class="soft">{escape(worth(values))} Candidates of each search: {budgets}; searches of each cell: '
+           f'{values["restarts"]}. Scenarios of a search: {values["scenarios"]}; scenarios that judge: '
+           f'{values["runs"]}. Hash <code>{values["hash"]}</code>.</p>')
+    if values['unfinished']:
+        yield _missing(values)
     failures, published = _failures(values), _published(values)
-    yield page.contents([('ranks', 'Ranks', ()), ('numbers', 'Numbers', ()), ('pictures', 'Paths and errors', ()),
+    yield page.contents([('laws', 'Laws', ()), ('tracks', 'Tracks', ()), ('pictures', 'Paths and errors', ()),
                          *([('failures', 'Failures', ())] if failures else []),
-                         *([('published', 'Published', ())] if published else []), ('gains', 'Gains', ())])
-    yield page.section('ranks', 'Ranks', '<p class="soft">The ranks that a law may have on each track, the best mean '
-                       'rank first. Laws that paired differences cannot tell apart have a rank in common; bold: no law '
-                       'is better for certain, and half of the runs succeed. One search stands behind each range: it '
-                       'minimises Eq. (29), and the RMS error ranks. A law whose search could drive no candidate is '
-                       'not searched, and counts in no mean. A head sorts.</p>',
-                       *(f'{f"<h3>{budget} candidates</h3>" if several else ""}{_ranks(values, budget)}'
-                         for budget in values['budgets'] or [0]))
-    yield page.section('numbers', 'Numbers', '<p class="soft">Errors, settling time, torque, energy and variation are '
-                       'those of the scenarios in which all compared laws succeed, their medians where nothing else is '
-                       'said; without feedforward, but in its column.</p>',
-                       _table(_HEAD, [_row(values, row, several) for row in values['results']]))
+                         *([('published', 'Published', ())] if published else []), ('numbers', 'Numbers', ()),
+                         ('gains', 'Gains', ())])
+    yield page.section('laws', 'Laws', '<p class="soft">The error of a law on a track is a multiple of that of the '
+                       'best law there. Its mean over groups of like tracks has an interval of 95 % over groups. A '
+                       'head sorts.</p>', f'<div class="errors">{_picture(svg)}</div>' if svg else '',
+                       _summary(values))
+    yield page.section('tracks', 'Tracks', '<p class="soft">The ranks that a law may have: two laws differ where '
+                       'paired differences over seeds tell them apart, all pairs together with 95 %; bold: no law is '
+                       'known to be better. Searches have converged where two of a seed agree. A law whose search '
+                       'could drive no candidate is not searched, and has no rank.</p>',
+                       *(f'<h3>{escape(name)}{f", {budget} candidates" * (len(values["budgets"]) > 1)}</h3>'
+                         f'<p class="soft">{escape(track["purpose"])}</p>{_track(values, name, budget)}'
+                         for name, track in values['tracks'].items() for budget in values['budgets'] or [0]))
     yield page.section('pictures', 'Paths and errors', '<p class="soft">The first scenario that judges: path (blue) '
                        'on that of the cart (grey), and the position error, on the scale of the second half of the '
                        'run.</p>', *_pictures(values, pictures))
     if failures:
-        yield page.section('failures', 'Where each law fails', _table(['law', 'track', 'seed', 'budget', 'failed'],
-                                                                      failures))
+        yield page.section('failures', 'Where each law fails', '<details class="track"><summary>All cells with a '
+                           'failure</summary>', _table(['law', 'track', 'gains', 'seed', 'budget', 'failed'], failures),
+                           '</details>')
     if published:
         yield page.section('published', 'Published numbers', published)
+    yield page.section('numbers', 'Numbers', '<details class="track"><summary>All cells, over the runs in which a law '
+                       'succeeds</summary>', _table(_HEAD, [_row(row) for row in values['results']]), '</details>')
     yield page.section('gains', 'Gains', *_gains(values))
     yield page.made_with(made)
 
 
-def write_benchmark_page(file: Path, values: Mapping[str, Any], pictures: Pictures, made: Mapping[str, Any]) -> None:
+def write_benchmark_page(
+    file: Path, values: Mapping[str, Any], pictures: Pictures, svg: str, made: Mapping[str, Any]
+) -> None:
     """
     Write the page of a benchmark.
 
@@ -212,8 +269,10 @@ def write_benchmark_page(file: Path, values: Mapping[str, Any], pictures: Pictur
         As `benchmark.json`.
     pictures : mapping
         One run of each law on each track.
+    svg : str
+        The picture of the laws over all tracks; '' where there is none.
     made : mapping of str to object
         What `provenance` returns.
     """
-    write_atomically(file, page.page('Benchmark', _parts(values, pictures, made), [_STYLE],
+    write_atomically(file, page.page('Benchmark', _parts(values, pictures, svg, made), [_STYLE],
                                      [asset('basics.js'), asset('benchmark.js')]))

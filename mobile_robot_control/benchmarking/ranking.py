@@ -1,46 +1,111 @@
-"""Ranks of controllers in the same scenarios, as far as their paired differences tell them apart."""
+"""Laws compared over seeds, each of which draws scenarios and searches anew: their means are independent."""
 
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from statistics import fmean
+from typing import NamedTuple
 
-from mobile_robot_control.loop.monte_carlo import Judged
-from mobile_robot_control.studying.comparison import compare
+import numpy as np
 
+from mobile_robot_control.elementary import log
+from mobile_robot_control.loop.monte_carlo import CONFIDENCE, JudgedRuns
+from mobile_robot_control.studying.comparison import mean_interval
+from mobile_robot_control.studying.tail_probabilities import student_tails
+
+Runs = Mapping[str, Mapping[int, JudgedRuns]]
+"""Judged runs of a track by law and seed; a law that could not be judged with a seed lacks it."""
 Ranks = dict[str, tuple[int, int]]
 RANKED = 'rms_position_error'
-_COMPARED_FROM = 0.5
-"""Share of scenarios in which a controller succeeds at least whose errors are compared."""
+LEAST_SUCCESS = 0.5
+"""Share of scenarios in which both of two laws have to succeed for their errors to be compared."""
 
 
-def shared_scenarios(controllers: Mapping[str, Sequence[Judged]]) -> list[int]:
-    """Return the scenarios in which all controllers succeed, but those that fail in more than half of them."""
-    compared = [runs for runs in controllers.values() if sum(run.success for run in runs) >= _COMPARED_FROM * len(runs)]
-    return [n for n, runs in enumerate(zip(*compared, strict=True)) if all(run.success for run in runs)]
-
-
-def better_pairs(controllers: Mapping[str, Sequence[Judged]]) -> set[tuple[str, str]]:
+class Pair(NamedTuple):
     """
-    Return the pairs of controllers of which the first is better, for certain.
+    Two laws on a track, seed by seed.
 
-    It is better where it succeeds more often, or, where that does not tell them apart, where its RMS error is smaller
-    in the mean over the scenarios in which both succeed. The intervals of all pairs, of success and of error, hold
-    together with 95 %.
+    Attributes
+    ----------
+    first, second : str
+        Their names.
+    errors : tuple of float
+        Mean of ln(RMS error of the first / that of the second) over the scenarios in which both succeed; seeds with
+        less than half of the scenarios are left out.
+    successes : tuple of float
+        Share of scenarios in which the first succeeds, minus that of the second.
     """
-    pairs = list(itertools.combinations(controllers, 2))
-    found = set()
-    for first, second in pairs:
-        # of success and of error: two families
-        one = compare((first, second), (controllers[first], controllers[second]), (RANKED,), 2 * len(pairs))
-        winner = one.more_successful or one.better(one.differences[0])
-        if winner:
-            found.add((winner, second if winner == first else first))
-    return found
+
+    first: str
+    second: str
+    errors: tuple[float, ...]
+    successes: tuple[float, ...]
+
+    def winner(self, values: Sequence[float], smaller: bool) -> str:
+        """Return the law that the mean of values speaks for."""
+        return self.first if (fmean(values) < 0.0) == smaller else self.second
+
+
+def pairs_of(track: Runs) -> list[Pair]:
+    """Return every pair of laws of a track."""
+    return [_pair(*names, track) for names in itertools.combinations(track, 2)]
+
+
+def _pair(first: str, second: str, track: Runs) -> Pair:
+    errors, successes = [], []
+    for seed, a in track[first].items():
+        b = track[second].get(seed)
+        if b is None:
+            continue
+        successes.append(float(np.mean(a.success)) - float(np.mean(b.success)))
+        both = a.success & b.success
+        if np.count_nonzero(both) >= LEAST_SUCCESS * len(both):
+            errors.append(fmean(log(x) - log(y) for x, y in zip(
+                a.metrics[RANKED][both].tolist(), b.metrics[RANKED][both].tolist(), strict=True)))
+    return Pair(first, second, tuple(errors), tuple(successes))
+
+
+def probability(values: Sequence[float]) -> float:
+    """
+    Return the probability of means at least as far from 0, where that of independent values is 0, by Student's test.
+
+    Examples
+    --------
+    >>> round(probability([1.0, 2.0, 3.0]), 4)
+    0.0742
+
+    """
+    n = len(values)
+    if n < 2 or not any(values):
+        return 1.0
+    mean = fmean(values)
+    variance = math.fsum((value - mean) * (value - mean) for value in values) / (n - 1)
+    return student_tails(abs(mean) / math.sqrt(variance / n), n - 1) if variance else 0.0
+
+
+def better_pairs(pairs: Sequence[Pair]) -> set[tuple[str, str]]:
+    """
+    Return the pairs of laws of which the first is better with 95 % over seeds, all of them together.
+
+    A law is better that succeeds more often or, where that is not certain, whose error is smaller. Implements the
+    method of Holm (Scandinavian Journal of Statistics 6, 1979) over all pairs and both criteria.
+    """
+    tests = sorted(((probability(values), kind, n) for n, pair in enumerate(pairs)
+                    for kind, values in enumerate((pair.successes, pair.errors))))
+    rejected = itertools.takewhile(
+        lambda numbered: numbered[1][0] <= (1.0 - CONFIDENCE) / (len(tests) - numbered[0]), enumerate(tests))
+    found: dict[int, tuple[str, str]] = {}
+    # success, whose kind is 0, before error
+    for _, kind, n in sorted((one for _, one in rejected), key=lambda one: -one[1]):
+        pair = pairs[n]
+        winner = pair.winner(pair.errors, True) if kind else pair.winner(pair.successes, False)
+        found[n] = winner, pair.second if winner == pair.first else pair.first
+    return set(found.values())
 
 
 def rank_ranges(names: Iterable[str], better: Iterable[tuple[str, str]]) -> Ranks:
     """
-    Return the first and the last rank that each controller may have.
+    Return the first and the last rank that each law may have.
 
     The first one is one more than the number of those that are better for certain, the last one leaves room for those
     that are worse for certain: the confidence sets of ranks of Mogstad et al., Review of Economic Studies 91, 2024.
@@ -62,11 +127,27 @@ def rank_ranges(names: Iterable[str], better: Iterable[tuple[str, str]]) -> Rank
     return ranks
 
 
-def ranked(controllers: Mapping[str, Sequence[Judged]]) -> Ranks:
-    """Return the ranks of controllers; those without any run, which could not be judged, share the last ones."""
-    judged = {name: runs for name, runs in controllers.items() if runs}
-    ranks = rank_ranges(judged, better_pairs(judged))
-    return ranks | {name: (len(judged) + 1, len(controllers)) for name in controllers if name not in judged}
+def ratios(laws: Iterable[str], pairs: Iterable[Pair]) -> dict[str, float]:
+    """
+    Return the mean ln ratio of each law's error to that of the best law of a track.
+
+    The best one has the smallest errors in most comparisons; a law that no seed compares with it is left out.
+    """
+    means = {(pair.first, pair.second): fmean(pair.errors) for pair in pairs if pair.errors}
+    means |= {(b, a): -mean for (a, b), mean in means.items()}
+    wins = {law: sum(mean < 0.0 for (first, _), mean in means.items() if first == law) for law in laws}
+    best = max(wins, key=lambda law: wins[law], default='')
+    found = {law: means[law, best] for law in wins if (law, best) in means}
+    return found | {best: 0.0} if found else {}
+
+
+def over_groups(values: Mapping[str, float], groups: Mapping[str, str]) -> tuple[float, tuple[float, float]]:
+    """Return the mean over groups of the mean over a group's tracks, with Student's interval over groups."""
+    of_group: dict[str, list[float]] = {}
+    for track, value in values.items():
+        of_group.setdefault(groups[track], []).append(value)
+    means = [fmean(one) for one in of_group.values()]
+    return fmean(means), mean_interval(means, CONFIDENCE)
 
 
 def quantile(values: Sequence[float], fraction: float) -> float | None:

@@ -6,14 +6,17 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_EXCEPTION, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_EXCEPTION, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from threading import Condition, Lock
 from typing import Any
 
-from mobile_robot_control.benchmarking.cell import Cell, run_cell, write_result
+from mobile_robot_control.benchmarking.cell import Cell, write_result
+from mobile_robot_control.benchmarking.run_cell import Work, run_cell
 from mobile_robot_control.loop.batch import Pool, TrialRunner, end_with_parent
 from mobile_robot_control.loop.ticks import Form, form_of
+from mobile_robot_control.loop.trial import Outcome, Trial
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.system.process import LATE
 
@@ -22,7 +25,7 @@ _POLL_PERIOD = 0.1
 
 
 def run_cells(
-    cells: Sequence[Cell], run: TrialRunner, folder: Path, size: int, progress: Callable[[int], object],
+    cells: Sequence[Cell], run: TrialRunner, folder: Path, progress: Callable[[int], object],
     stopped: Callable[[], bool],
 ) -> None:
     """
@@ -36,8 +39,6 @@ def run_cells(
         Runs trials.
     folder : Path
         Holds results and journals.
-    size : int
-        How many rollouts a whole cell has.
     progress : callable
         Called with how many rollouts were done since the last time.
     stopped : callable
@@ -45,6 +46,7 @@ def run_cells(
     """
     for cell in cells:
         file, counted = cell.file(folder), 0
+        work = Work(run, file, progress, stopped)
         if not file.exists():
             if stopped():
                 break
@@ -54,18 +56,93 @@ def run_cells(
                 counted += rollouts
                 progress(rollouts)
 
-            done = run_cell(cell, run, file, count, stopped)
+            done = run_cell(cell, work._replace(progress=count))
             if done is None:
                 break
             write_result(file, done)
         # also of a cell after whose last line the program was killed
-        file.with_suffix('.journal').unlink(missing_ok=True)
+        work.remove_journals()
         # the bar ends where all cells do, whatever one has left out
-        progress(size - counted)
+        progress(cell.rollouts - counted)
+
+
+class Gathered:
+    """
+    Trials of several threads, run at once by a GPU when each thread has asked, or has ended.
+
+    Parameters
+    ----------
+    threads : int
+        Their number.
+    """
+
+    threads = 1
+
+    def __init__(self, threads: int) -> None:
+        self._working, self._asked, self._changed = threads, list[tuple[Sequence[Trial], Future[Any]]](), Condition()
+
+    def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
+        """Wait for the outcomes of trials."""
+        found: Future[list[Outcome]] = Future()
+        with self._changed:
+            self._asked.append((trials, found))
+            self._changed.notify_all()
+        return found.result()
+
+    def leave(self) -> None:
+        """End the work of a thread."""
+        with self._changed:
+            self._working -= 1
+            self._changed.notify_all()
+
+    def answer(self, run: Callable[[Sequence[Sequence[Trial]]], list[list[Outcome]]]) -> bool:
+        """Run what was asked, once all threads wait; return whether any works on."""
+        with self._changed:
+            # a signal is seen between two waits
+            while len(self._asked) < self._working:
+                self._changed.wait(_POLL_PERIOD)
+            asked, self._asked = self._asked, []
+        try:
+            for (_, future), outcomes in zip(asked, run([trials for trials, _ in asked]), strict=True):
+                future.set_result(outcomes)
+        except BaseException as error:  # each thread ends with it
+            for _, future in asked:
+                if not future.done():
+                    future.set_exception(error)
+        return self._working > 0
+
+
+def run_together(
+    cells: Sequence[Cell], run: Any, folder: Path, progress: Callable[[int], object],
+    stopped: Callable[[], bool],
+) -> None:
+    """Run cells as `run_cells` does, on a GPU: those of one law in threads, whose trials share launches."""
+    lock = Lock()
+
+    def counted(rollouts: int) -> None:
+        with lock:
+            progress(rollouts)
+
+    for law in dict.fromkeys(cell.law for cell in cells):
+        part = [cell for cell in cells if cell.law == law]
+        gathered = Gathered(len(part))
+
+        def work(cell: Cell, gathered: Any = gathered) -> None:
+            try:
+                run_cells([cell], gathered, folder, counted, stopped)
+            finally:
+                gathered.leave()
+
+        with ThreadPoolExecutor(len(part)) as executor:
+            futures = [executor.submit(work, cell) for cell in part]
+            while gathered.answer(run.together):
+                pass
+        for future in futures:
+            future.result()
 
 
 def run_side_by_side(
-    cells: Sequence[Cell], workers: int, folder: Path, size: int, progress: Callable[[int], object],
+    cells: Sequence[Cell], workers: int, folder: Path, progress: Callable[[int], object],
     stopped: Callable[[], bool],
 ) -> None:
     """
@@ -82,7 +159,7 @@ def run_side_by_side(
     context = multiprocessing.get_context('fork')
     counted, stopping, shown = context.Value('q'), context.RawValue('b', stopped()), 0
     with ProcessPoolExecutor(workers, context, _begin, (Pool(1), counted, stopping)) as executor:
-        parts = [executor.submit(_run_part, part, folder, size) for part in _parts(cells, workers)]
+        parts = [executor.submit(_run_part, part, folder) for part in _parts(cells, workers)]
         try:
             while wait(parts, _POLL_PERIOD, FIRST_EXCEPTION).not_done and not any(map(_has_failed, parts)):
                 stopping.value = stopped()
@@ -149,7 +226,7 @@ def _end_late() -> None:
     os._exit(1)
 
 
-def _run_part(cells: Sequence[Cell], folder: Path, size: int) -> None:
+def _run_part(cells: Sequence[Cell], folder: Path) -> None:
     """Run cells in a worker."""
     pool, counted, stopping = _shared
 
@@ -157,4 +234,4 @@ def _run_part(cells: Sequence[Cell], folder: Path, size: int) -> None:
         with counted.get_lock():
             counted.value += rollouts
 
-    run_cells(cells, pool, folder, size, count, lambda: bool(stopping.value))
+    run_cells(cells, pool, folder, count, lambda: bool(stopping.value))

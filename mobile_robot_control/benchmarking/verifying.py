@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from mobile_robot_control.benchmarking.cell import Cell, gains_of, with_gains
+from mobile_robot_control.benchmarking.cell import Cell, gains_of
 from mobile_robot_control.benchmarking.engine import Benchmark, Done
+from mobile_robot_control.benchmarking.run_cell import with_gains
 from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.experiment.folders import experiment_folders
 from mobile_robot_control.experiment.node_processes import START
@@ -46,7 +47,9 @@ class DrawnRun(NamedTuple):
 def drawn_runs(benchmark: Benchmark, done: Done, count: int) -> Iterator[DrawnRun]:
     """Yield runs of a benchmark, drawn by its first seed among those that were complete."""
     rng = random.Random(benchmark.seeds[0])  # noqa: S311 (a draw that can be repeated)
-    known = [(cell, found['results'][-1]) for cell, found in done if not found['results'][-1]['reason']]
+    # nodes that know another mass would feed it forward
+    known = [(cell, found['results'][-1]) for cell, found in done
+             if not found['results'][-1]['reason'] and not cell.feedforward]
     places = range(len(known) * benchmark.request.runs)
     for place in rng.sample(places, len(places)):
         cell, result = known[place // benchmark.request.runs]

@@ -92,7 +92,8 @@ def _searched(search: Search, objective: Objective, journal: Journal, interrupt:
             bar.update()
 
         try:
-            return run_search(search.settings, objective, journal, progress, lambda: interrupt.requested), False
+            return run_search(search.settings, objective, journal, progress, lambda: interrupt.requested,
+                              objective.begin), False
         except OSError as error:
             found: Found = error.found  # type: ignore[attr-defined]
             print(f'tune: {printable(str(error.filename or journal.file))}: {error.strerror or error}; earlier scores '

@@ -1,8 +1,10 @@
 """Differential evolution (Storn and Price, 1997): the best point and differences of others make new ones."""
 
+from collections.abc import Callable
+
 import numpy as np
 
-from mobile_robot_control.search.genetic import LOWEST_POINT, Score
+from mobile_robot_control.search.genetic import LOWEST_POINT, WORST, Points, Score
 
 _CROSSOVER = 0.7
 """Probability that a coordinate comes from the new point."""
@@ -10,11 +12,14 @@ _LEAST_FACTOR = 0.5
 """Smallest factor of a difference; the largest is 1, and a generation has one of its own."""
 
 
-def search(score: Score, genes: int, population: int, seed: int) -> None:
+def search(
+    score: Score, genes: int, population: int, seed: int, begin: Callable[[Points], Points] = lambda drawn: drawn
+) -> None:
     """
     Search the unit cube until `score` ends the search, by the strategy best/1/bin.
 
-    Arguments as of `genetic.search`, with at least three individuals.
+    A first generation without any score is drawn again. Arguments as of `genetic.search`, with at least three
+    individuals.
 
     References
     ----------
@@ -24,8 +29,11 @@ def search(score: Score, genes: int, population: int, seed: int) -> None:
     """
     rng = np.random.default_rng(seed)
     width, rows = 1.0 - LOWEST_POINT, np.arange(population)
-    points = LOWEST_POINT + width * rng.random((population, genes))
-    scores = score(points)
+    while True:
+        points = begin(LOWEST_POINT + width * rng.random((population, genes)))
+        scores = score(points)
+        if scores.min() < WORST:
+            break
     while True:
         factor = _LEAST_FACTOR + (1.0 - _LEAST_FACTOR) * rng.random()
         # two others of each point, unlike one another

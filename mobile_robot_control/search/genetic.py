@@ -42,11 +42,19 @@ def points(bits: Bits) -> Points:
     return np.asarray(genes @ _WEIGHTS + LOWEST_POINT)
 
 
+def bits_of(points: Points) -> Bits:
+    """Return the chromosomes of points in [1/4096, 1], each gene rounded to one of its values."""
+    integers = np.rint((points - LOWEST_POINT) * 2**BITS).astype(np.int64)
+    return np.asarray((integers[..., None] >> np.arange(BITS)[::-1]) & 1, bool).reshape(len(points), -1)
+
+
 def random(individuals: int, genes: int, rng: np.random.Generator) -> Bits:
     """Draw uniformly distributed chromosomes, shape (individuals, genes × 12)."""
     return rng.random((individuals, genes * BITS)) < 0.5
 
 
+WORST = 1e9
+"""The score of an individual without a finite score."""
 Scores = NDArray[np.float64]
 Score = Callable[[Points], Scores]
 """Scores a generation, smaller is better; ends the search by raising."""
@@ -112,7 +120,10 @@ def breed(population: Bits, scores: Scores, settings: GeneticSettings, rng: np.r
     return np.concatenate([elite, children])
 
 
-def search(score: Score, genes: int, population: int, seed: int, settings: GeneticSettings | None = None) -> None:
+def search(
+    score: Score, genes: int, population: int, seed: int, begin: Callable[[Points], Points] = lambda drawn: drawn,
+    settings: GeneticSettings | None = None,
+) -> None:
     """
     Search the unit cube until `score` ends the search.
 
@@ -124,10 +135,12 @@ def search(score: Score, genes: int, population: int, seed: int, settings: Genet
         Dimensions, and individuals of a generation.
     seed : int
         Of all random numbers: the same seed gives the same search.
+    begin : callable
+        Moves the points that are drawn at the start, shape (population, genes).
     settings : GeneticSettings or None
         Rates of the operators; the defaults if None.
     """
     rng = np.random.default_rng(seed)
-    bits = random(population, genes, rng)
+    bits = bits_of(begin(points(random(population, genes, rng))))
     while True:
         bits = breed(bits, score(points(bits)), settings or GeneticSettings(), rng)

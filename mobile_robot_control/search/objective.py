@@ -1,4 +1,4 @@
-"""The objective of a search: Eq. (29) of each individual over all scenarios."""
+"""The objective of a search: Eq. (29) or the RMS error of each individual over all scenarios."""
 
 import math
 import statistics
@@ -13,17 +13,31 @@ from mobile_robot_control.control.velocity_pi import is_stable
 from mobile_robot_control.loop.indices import objective
 from mobile_robot_control.loop.scenarios import Scenario, configured_scenario, scenario_trial
 from mobile_robot_control.loop.ticks import driving_start
-from mobile_robot_control.loop.trial import Outcome, Trial
+from mobile_robot_control.loop.trial import LoopGains, Outcome, Trial, VariedTrials
 from mobile_robot_control.search import space
-from mobile_robot_control.search.genetic import Points, Scores
-from mobile_robot_control.search.search import WORST
+from mobile_robot_control.search.genetic import LOWEST_POINT, WORST, Points, Scores
 from mobile_robot_control.search.space import VELOCITY, Gains, Gene
 from mobile_robot_control.settings.nodes import Configuration
 
 RunTrials = Callable[[Sequence[Trial]], list[Outcome]]
 _SEEDS = 20
-DEFAULT_SMOOTH = {'torque': 0.0, 'velocity': 0.5}
-"""Default of `Goal.smooth` by kind of plant: Eq. (29) has a term for the torque, but none for the command."""
+_VELOCITY_NODE = 'velocity_controller.'
+EQ29, RMS = 'eq29', 'rms_position_error'
+_SMOOTH = {EQ29: {'torque': 0.0, 'velocity': 0.5}, RMS: {'torque': 0.0, 'velocity': 0.01}}
+OBJECTIVES = tuple(_SMOOTH)
+_HALVINGS = 12
+
+
+def default_smooth(objective: str, drive: str) -> float:
+    """
+    Return the default of `Goal.smooth`.
+
+    Eq. (29) has a term for the torque, but none for the command of a base, whose variation costs a few per cent of
+    either objective.
+    """
+    return _SMOOTH[objective][drive]
+
+
 COMBINATIONS: dict[str, Callable[[Sequence[float]], float]] = {'mean': statistics.fmean, 'worst': max}
 
 
@@ -45,9 +59,11 @@ class Goal(NamedTuple):
         'mean' or 'worst' of the scenarios.
     literal : bool
         True takes max τ in Eq. (29) as printed; False takes max |τ|.
+    objective : str
+        Of OBJECTIVES: Eq. (29), or the RMS position error [m].
     smooth : float
-        Weight of the variation per second, added to Eq. (29): of the torques of both wheels [s/(N m)] or, for a base
-        that takes velocities, of the rim speeds in commands [s²/m].
+        Weight of the variation per second, added to the objective: of the torques of both wheels [s/(N m)] or, for a
+        base that takes velocities, of the rim speeds in commands [s²/m].
     """
 
     controller: str
@@ -57,6 +73,7 @@ class Goal(NamedTuple):
     combine: str = 'mean'
     literal: bool = False
     smooth: float = 0.0
+    objective: str = EQ29
 
 
 class Better(NamedTuple):
@@ -125,7 +142,7 @@ class Objective:
         if goal.controller != VELOCITY:
             self._gains = self._gains._replace(control=self._gains.control._replace(controller_type=goal.controller))
         # velocity gains outside the search have been checked with the configuration
-        self._checks_velocity = any(gene.name.startswith('velocity_controller.') for gene in goal.genes)
+        self._checks_velocity = any(gene.name.startswith(_VELOCITY_NODE) for gene in goal.genes)
 
     def gains(self, point: Sequence[float]) -> Gains:
         """Return the gains of a point in (0, 1]; they may make the velocity loop unstable."""
@@ -141,7 +158,7 @@ class Objective:
         """
         scores = np.full(len(points), WORST)
         tried = [(n, gains) for n, gains in enumerate(map(self.gains, points.tolist())) if self._can_run(gains)]
-        outcomes = self._run([trial for _, gains in tried for trial in self._with(gains)])
+        outcomes = self._run(self._with([gains for _, gains in tried]))
         size = len(self._trials)
         for place, (n, _) in enumerate(tried):
             scores[n] = self._score(outcomes[place * size:(place + 1) * size])
@@ -149,7 +166,27 @@ class Objective:
 
     def score(self, gains: Gains) -> float:
         """Return the score of one controller, as in a generation."""
-        return self._score(self._run(self._with(gains)))
+        return self._score(self._run(self._with([gains])))
+
+    def objectives(self, gains: Gains) -> dict[str, float]:
+        """Return the mean of each objective over the scenarios of one controller, without the variation."""
+        outcomes = self._run(self._with([gains]))
+        return {name: statistics.fmean(_measure(outcome, name, self._goal.literal) for outcome in outcomes)
+                for name in OBJECTIVES}
+
+    def begin(self, points: Points) -> Points:
+        """Return drawn points, shape (individuals, genes), with their velocity gains moved to where they are stable."""
+        genes = self._goal.genes
+        columns = [n for n, gene in enumerate(genes) if gene.name.startswith(_VELOCITY_NODE)]
+        configured = [(getattr(self._gains.velocity, genes[n].name.rpartition('.')[2]) - genes[n].low)
+                      / (genes[n].high - genes[n].low) for n in columns]
+        towards, begun = np.clip(configured, LOWEST_POINT, 1.0), points.copy()
+        for point in begun:
+            for _ in range(_HALVINGS):
+                if self._is_stable(self.gains(point.tolist())):
+                    break
+                point[columns] += 0.5 * (towards - point[columns])
+        return begun
 
     def better(self, found: Gains) -> 'Better':
         """Return the better ones of found gains and of those configured, which no search has to reach."""
@@ -170,23 +207,22 @@ class Objective:
 
     def _can_run(self, gains: Gains) -> bool:
         """Return whether the gains keep their rules and the velocity loop is stable."""
-        shared = self._shared
-        return not space.violations(self._goal.genes, gains) and (
-            not self._checks_velocity
-            or is_stable(gains.velocity, shared.robot, shared.velocity_rate, shared.lockstep))
+        return not space.violations(self._goal.genes, gains) and self._is_stable(gains)
 
-    def _with(self, gains: Gains) -> list[Trial]:
-        """Return the trials of one controller, one a scenario."""
-        law, law_gains = declared_gains(gains.control)
-        return [
-            trial._replace(
-                law=law.name,
-                loop=trial.loop._replace(
-                    velocity_gains=gains.velocity, law_gains=law_gains, lead=lead(gains.control.feedforward)),
-                state=trial.state._replace(law=driving_start(law, trial.form)),
-            )
-            for trial in self._trials
-        ]
+    def _is_stable(self, gains: Gains) -> bool:
+        """Return whether the velocity loop is stable, or its gains are not searched."""
+        shared = self._shared
+        return not self._checks_velocity or is_stable(
+            gains.velocity, shared.robot, shared.velocity_rate, shared.lockstep)
+
+    def _with(self, several: Sequence[Gains]) -> VariedTrials:
+        """Return the trials of controllers, those of each one a scenario."""
+        found = []
+        for gains in several:
+            law, law_gains = declared_gains(gains.control)
+            found.append(LoopGains(law.name, driving_start(law, self._trials[0].form), gains.velocity, law_gains,
+                                   lead(gains.control.feedforward)))
+        return VariedTrials(self._trials, found)
 
     def _score(self, outcomes: Sequence[Outcome]) -> float:
         """Combine the objectives of all scenarios."""
@@ -198,8 +234,14 @@ class Objective:
         return WORST if WORST in scored else COMBINATIONS[self._goal.combine](scored)
 
     def _one_score(self, outcome: Outcome, dt: float) -> float:
-        """Return Eq. (29) of a complete run, plus the weighted variation."""
-        score = objective(outcome.totals, self._goal.literal)
+        """Return the objective of a complete run, plus the weighted variation."""
+        score = _measure(outcome, self._goal.objective, self._goal.literal)
         if self._goal.smooth > 0.0:
             score += self._goal.smooth * outcome.variation / (outcome.steps * dt)
         return score
+
+
+def _measure(outcome: Outcome, name: str, literal: bool) -> float:
+    """Return an objective of a run by name."""
+    totals = outcome.totals
+    return objective(totals, literal) if name == EQ29 else math.sqrt(totals.squared_position / totals.time)

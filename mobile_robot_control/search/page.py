@@ -74,26 +74,27 @@ def search_figure(title: str, history: Sequence[Generation], runs: Sequence[Run]
     return Figure('search', title, '', tuple(run.name for run in last_first), panels, 7.0, 11.0, rows, heading=title)
 
 
-def _answer(runs: Sequence[Run], holds: Promise) -> str:
+def _answer(runs: Sequence[Run], holds: Promise, minimised: str) -> str:
     """Describe the effect of the search in sentences; '' if before and after cannot be compared."""
-    before, after = (run.metrics.get('objective') for run in (runs[0], runs[-1]))
+    before, after = (run.metrics.get(minimised) for run in (runs[0], runs[-1]))
+    what = 'objective' if minimised == 'objective' else 'RMS position error'
     if len(runs) < 2 or not before or after is None:
         return ''
-    told = (f'lowered the objective of the configured run by {100.0 * (1.0 - after / before):.3g} %, from {before:.4g} '
+    told = (f'lowered the {what} of the configured run by {100.0 * (1.0 - after / before):.3g} %, from {before:.4g} '
             f'to {after:.4g}' if after < before else
-            f'found no better gains than those configured, which stay, with an objective of {after:.4g}'
+            f'found no better gains than those configured, which stay, with the same {what}, {after:.4g}'
             if after == before else
-            f'did not lower the objective of the configured run: {before:.4g} before, {after:.4g} after')
+            f'did not lower the {what} of the configured run: {before:.4g} before, {after:.4g} after')
     return '. '.join([f'The search {told}', *([spread_text(holds.spread)] if holds.spread else [])]) + '.'
 
 
 def _parts(
-    title: str, history: Sequence[Generation], runs: Sequence[Run], holds: Promise, svg: str,
+    title: str, history: Sequence[Generation], runs: Sequence[Run], holds: Promise, minimised: str, svg: str,
     made: Mapping[str, Any],
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     figures = [figure for kind in RUN_FIGURES if (figure := kind.of_runs(runs))]
-    yield first_screen(title, runs, _answer(runs, holds))
+    yield first_screen(title, runs, _answer(runs, holds, minimised))
     yield page.contents([
         ('search', 'Search', ()), ('metrics', 'Before and after', ()), ('holds', 'What holds', ()),
         ('figures', 'Figures', [(figure.name, figure.title) for figure in figures]),
@@ -112,8 +113,8 @@ def _parts(
 
 
 def write_search_page(
-    file: Path, title: str, history: Sequence[Generation], runs: Sequence[Run], holds: Promise, svg: str,
-    made: Mapping[str, Any],
+    file: Path, title: str, history: Sequence[Generation], runs: Sequence[Run], holds: Promise, minimised: str,
+    svg: str, made: Mapping[str, Any],
 ) -> None:
     """
     Write the page of a search.
@@ -130,11 +131,13 @@ def write_search_page(
         At least one: the loop before, if it moved at all, and after.
     holds : Promise
         Of the gains found.
+    minimised : str
+        Metric that the search minimised.
     svg : str
         The figure of the search, for paper and for browsers without scripts.
     made : mapping of str to object
         Result of `provenance`.
     """
-    parts = _parts(title, history, runs, holds, svg, made)
+    parts = _parts(title, history, runs, holds, minimised, svg, made)
     write_atomically(file, page.page(title, parts, [*replay_styles(), *chart_styles()],
                                      [*replay_scripts(), *chart_scripts(), asset('search.js')]))

@@ -13,11 +13,11 @@ from mobile_robot_control.loop.workers import Workers
 from mobile_robot_control.model.motors import LONGEST_DELAY
 from mobile_robot_control.model.plant import VELOCITY as DRIVEN_BY_VELOCITY
 from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError, flatten
-from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.parameters.requests import Reader, read_bounds
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.curves import CURVES, PATH
 from mobile_robot_control.search import space
-from mobile_robot_control.search.objective import COMBINATIONS, DEFAULT_SMOOTH, Goal
+from mobile_robot_control.search.objective import COMBINATIONS, EQ29, OBJECTIVES, RMS, Goal, default_smooth
 from mobile_robot_control.search.search import ALGORITHMS, SearchSettings
 from mobile_robot_control.search.space import Gains
 from mobile_robot_control.settings.configure import ParameterSources, configure
@@ -32,22 +32,6 @@ def _read_start(value: Any) -> Pose:
     except (ValueError, TypeError):
         raise ValueError('write DX,DY,DYAW, such as --start=-0.2,0,0, or three numbers') from None
     return Pose(x, y, heading)
-
-
-def _read_bounds(value: Any) -> tuple[str, tuple[float, float]]:
-    """Read NAME=LOW:HIGH, or a name with a pair of numbers."""
-    try:
-        if isinstance(value, str):
-            name, _, interval = value.partition('=')
-            low, _, high = interval.partition(':')
-        else:
-            name, interval = value
-            if isinstance(interval, str):
-                raise TypeError
-            low, high = interval
-        return name, (float(low), float(high))
-    except (ValueError, TypeError):
-        raise ValueError('write NAME=LOW:HIGH, such as k1=0:5, or a pair (low, high), such as (0.0, 5.0)') from None
 
 
 class ScenarioRequest(NamedTuple):
@@ -85,17 +69,20 @@ class SearchRequest(NamedTuple):
     time_limit: Annotated[float | None, Field('s', 'wall time after which no generation begins', above=0.0)] = None
     bounds: Annotated[tuple[tuple[str, tuple[float, float]], ...], Field(
         '', 'bounds of a gain, such as k1=0:5 or position_controller.fuzzy.b[1]=0:2; may be repeated'),
-        Reader(_read_bounds, 'NAME=LOW:HIGH', again=True)] = ()
+        Reader(read_bounds, 'NAME=LOW:HIGH', again=True)] = ()
     keep: Annotated[tuple[str, ...], Field('', 'gains to leave alone: k1, fuzzy.b[1] or the array fuzzy.b')] = ()
     with_velocity: Annotated[bool, Field('', "search the velocity gains, too, for a law that keeps them, such as "
                                          "'fuzzy'")] = False
+    objective: Annotated[str, Field('', "what is minimised: Eq. (29) of the chapter, or the RMS position error [m]",
+                                    choices=OBJECTIVES)] = EQ29
     combine: Annotated[str, Field('', 'how the objectives of the scenarios are combined',
                                      choices=tuple(COMBINATIONS))] = 'mean'
     literal_torque: Annotated[bool, Field('', 'use max(tau) in Eq. (29) as printed, instead of max|tau|')] = False
     smooth: Annotated[float | None, Field(
         '', 'weight of the total variation per second in the objective: of the torques of both wheels [N m/s]; on a '
         'base that takes velocities, of the commanded rim speeds of the wheels [m/s²]; by default '
-        f'{DEFAULT_SMOOTH["torque"]:g} and {DEFAULT_SMOOTH["velocity"]:g}', minimum=0.0)] = None
+        f'0, and {default_smooth(EQ29, DRIVEN_BY_VELOCITY):g} or, of the RMS error, '
+        f'{default_smooth(RMS, DRIVEN_BY_VELOCITY):g}', minimum=0.0)] = None
     laps: Annotated[float, Field('', 'laps per rollout', above=0.0)] = 1.0
     scenarios: Annotated[ScenarioRequest, INLINE] = ScenarioRequest()
     where: Annotated[Workers, INLINE] = Workers()
@@ -152,8 +139,9 @@ class Search:
         kept = {name: settings[name] for name in settings if name not in ('generations', 'seconds')}
         loop = {f'{node}.{name}': value for node, group in parameters._asdict().items()
                 for name, value in flatten(group).items()}
-        # a search without `smooth` does not depend on it, and resumes journals that lack it
-        wanted = {name: value for name, value in goal._asdict().items() if name != 'smooth' or value}
+        # a search of Eq. (29) without `smooth` depends on neither, and resumes journals that lack them
+        wanted = {name: value for name, value in goal._asdict().items()
+                  if value not in {'smooth': (0.0,), 'objective': (EQ29,)}.get(name, ())}
         curves = {f"source of the curve '{one.curve}'": CURVES.checksum(one.curve)
                   for one in goal.scenarios if one.curve != PATH}
         waypoints = {'waypoints': sha256(repr(path.waypoints[:2]).encode()).hexdigest()[:16]} if path else {}
@@ -192,6 +180,6 @@ def _goal(request: SearchRequest, parameters: Configuration) -> Goal:
     if not genes:
         raise ParameterError([f"'{request.controller}' leaves nothing to search; --keep less, or declare ranges: "
                               'Field(..., search=(low, high))'])
-    smooth = DEFAULT_SMOOTH[drive_of(parameters)] if request.smooth is None else request.smooth
+    smooth = default_smooth(request.objective, drive_of(parameters)) if request.smooth is None else request.smooth
     return Goal(request.controller, genes, tuple(_scenarios(request, parameters)), request.laps, request.combine,
-                request.literal_torque, smooth)
+                request.literal_torque, smooth, request.objective)

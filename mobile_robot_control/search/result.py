@@ -17,7 +17,7 @@ from mobile_robot_control.runs.rollout import measure, rollout
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.samples import SampleReader
 from mobile_robot_control.search import space
-from mobile_robot_control.search.objective import Better, Goal, Objective
+from mobile_robot_control.search.objective import EQ29, Better, Goal, Objective
 from mobile_robot_control.search.page import search_figure, write_search_page
 from mobile_robot_control.search.request import Search
 from mobile_robot_control.search.search import Found, Generation
@@ -126,7 +126,9 @@ def tuned_of(search: Search, found: Found, objective: Objective, command_line: s
     configuration = search.tuned(better.gains)
     named = {f'{node}.{name}': value for node, values in space.parameters(search.goal.genes, better.gains).items()
              for name, value in values.items()}
-    edges = () if better.as_configured else tuple(space.at_the_edge(search.goal.genes, point))
+    edges = () if better.as_configured else tuple(
+        f'{edge}: a search with other --bounds may find better gains'
+        for edge in space.at_the_edge(search.goal.genes, point))
     return Tuned(search.goal.controller, better.score, named, found.history, configuration,
                  provenance(command_line, configuration), search, better, edges)
 
@@ -148,7 +150,8 @@ def write_result(tuned: Tuned, file: Path, trials: TrialRunner) -> Promise:
     # a law that fails at once has moved nothing
     moved = [one for one in (before, after) if one.series.has('odom')]
     svg = draw_and_save(search_figure(title, tuned.history, moved), file.with_suffix('.png'))
-    write_search_page(file.with_suffix('.html'), title, tuned.history, moved, holds, svg, tuned.provenance)
+    write_search_page(file.with_suffix('.html'), title, tuned.history, moved, holds,
+                      'objective' if goal.objective == EQ29 else goal.objective, svg, tuned.provenance)
     return holds
 
 
@@ -180,8 +183,9 @@ def _notes(tuned: Tuned, metrics: Mapping[str, Any]) -> Iterator[str]:
     yield tuned.answer
     yield (f'{settings.algorithm}, seed {settings.seed}, {len(tuned.history)} generations of {settings.population}, '
            f'{len(goal.scenarios)} scenario{"s" * (len(goal.scenarios) != 1)} of {goal.laps:g} laps')
-    yield (f'objective {tuned.objective!r}: {goal.combine} of Eq. (29) with max '
-           f'{"tau as printed" if goal.literal else "|tau|"}'
+    yield (f'objective {tuned.objective!r}: {goal.combine} of '
+           + (goal.objective if goal.objective != EQ29 else
+              f'Eq. (29) with max {"tau as printed" if goal.literal else "|tau|"}')
            + (f', and {goal.smooth:g} times the variation per second' if goal.smooth else ''))
     yield (f'the configured run: objective {metrics["objective"]:.4f}, RMS error '
            f'{100 * metrics["rms_position_error"]:.2f} cm, largest {100 * metrics["max_position_error"]:.2f} cm'

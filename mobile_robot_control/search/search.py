@@ -8,13 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from mobile_robot_control.search import differential_evolution, genetic
-from mobile_robot_control.search.genetic import Points, Score, Scores
+from mobile_robot_control.search.genetic import WORST, Points, Score, Scores
 from mobile_robot_control.search.journal import Journal
 
 ALGORITHMS = {'genetic': genetic.search, 'differential_evolution': differential_evolution.search}
-
-WORST = 1e9
-"""The score of an individual without a finite score."""
 
 
 class SearchSettings(NamedTuple):
@@ -92,6 +89,7 @@ def run_search(
     journal: Journal | None = None,
     progress: Callable[[Generation], None] = lambda _: None,
     stopped: Callable[[], bool] = lambda: False,
+    begin: Callable[[Points], Points] = lambda drawn: drawn,
 ) -> Found:
     """
     Search the unit cube for the point with the smallest score.
@@ -108,6 +106,8 @@ def run_search(
         Called with every generation.
     stopped : callable
         Called before every generation; the search ends if it returns True.
+    begin : callable
+        Moves the points that are drawn at the start, shape (population, genes).
 
     Returns
     -------
@@ -144,7 +144,8 @@ def run_search(
         return scores
 
     try:
-        ALGORITHMS[settings.algorithm](next_generation, settings.genes, settings.population, settings.seed)
+        ALGORITHMS[settings.algorithm](next_generation, settings.genes, settings.population, settings.seed,
+                                       begin)
     except _Ended:
         pass
     except KeyboardInterrupt:

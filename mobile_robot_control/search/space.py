@@ -53,8 +53,18 @@ def at_the_edge(genes: Sequence[Gene], point: Sequence[float]) -> Iterator[str]:
     """Report the genes that a point in (0, 1] puts at an edge of their search."""
     for gene, u in zip(genes, point, strict=True):
         if not _EDGE < u < 1.0 - _EDGE:
-            yield (f'{gene.name} is at the {"lower" if u < _EDGE else "upper"} edge of its search, {gene.low:g} to '
-                   f'{gene.high:g}: a search with other --bounds may find better gains')
+            yield (f'{gene.name} is at the {"lower" if u < 0.5 else "upper"} edge of its search, {gene.low:g} to '
+                   f'{gene.high:g}')
+
+
+def widened(genes: Sequence[Gene], point: Sequence[float]) -> tuple[Gene, ...]:
+    """Return genes with twice the width beyond each edge that a point in (0, 1] has reached, as far as is allowed."""
+    found = []
+    for gene, u in zip(genes, point, strict=True):
+        width, (least, most) = gene.high - gene.low, _allowed(gene.name)
+        found.append(Gene(gene.name, max(least, gene.low - width) if u <= _EDGE else gene.low,
+                          min(most, gene.high + width) if u >= 1.0 - _EDGE else gene.high))
+    return tuple(found)
 
 
 class Place(NamedTuple):
@@ -180,12 +190,16 @@ def _declaration(name: str) -> Declaration:
     return declarations(Feedforward if place.group == 'feedforward' else LAWS[place.group].gains)[place.field]
 
 
+def _allowed(name: str) -> tuple[float, float]:
+    """Return the bounds between which every value of a gain is allowed; the lower one of a search is never reached."""
+    field = _declaration(name).field
+    least = max((bound for bound in (field.above, field.minimum) if bound is not None), default=-math.inf)
+    return least, math.inf if field.maximum is None else field.maximum
+
+
 def _outside(name: str, low: float, high: float) -> str:
     """Describe the fault in the bounds of a gene; '' if there is none."""
-    field = _declaration(name).field
-    # the lower bound itself is never reached
-    least = max((bound for bound in (field.above, field.minimum) if bound is not None), default=-math.inf)
-    most = math.inf if field.maximum is None else field.maximum
+    least, most = _allowed(name)
     if least <= low < high <= most:
         return ''
     return f'bounds: {name} = {low}:{high} is not allowed; it must hold that {least} <= low < high <= {most}'

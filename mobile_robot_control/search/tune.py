@@ -99,7 +99,7 @@ def tune(
             bar.set_postfix_str(f'best {generation.best:.4f}', refresh=False)
             bar.update()
 
-        found = run_search(search.settings, objective, None, progressed)
+        found = run_search(search.settings, objective, None, progressed, begin=objective.begin)
         why = no_result(found)
         if why:
             raise RuntimeError(why)

@@ -36,6 +36,11 @@ class TrackParameters(NamedTuple):
                                       minimum=0.0, below=1.0)] = 0.0
     delays: Annotated[tuple[int, ...], Field('', 'least and largest delay of the torques, in periods of the velocity '
                                              'loop', minimum=0, maximum=LONGEST_DELAY, length=2)] = ()
+    group: Annotated[str, Field('', 'tracks of one group count once in a mean over tracks; by default its own name')
+                     ] = ''
+    objective: Annotated[str, Field('', 'what searches minimise on it: Eq. (29) of the chapter, or the RMS position '
+                                    'error, which ranks', choices=('rms_position_error', 'eq29'))] = (
+        'rms_position_error')
     success_within: Annotated[float, Field('m', 'a run succeeds that stays nearer to the reference over its last '
                                            'quarter', above=0.0)] = 0.1
 
@@ -97,7 +102,8 @@ class Track(NamedTuple):
             if PATH_FILE in given:
                 given[PATH_FILE] = sha256(read_bounded(Path(given[PATH_FILE]), WAYPOINTS)).hexdigest()[:16]
         drawn = self.parameters._asdict()
-        return {**{name: value for name, value in drawn.items() if name != 'purpose'}, 'values': values}
+        return {**{name: value for name, value in drawn.items()
+                   if name not in ('purpose', 'group', 'objective')}, 'values': values}
 
 
 @lru_cache(maxsize=1)

@@ -39,6 +39,8 @@ SHORTER = {
     'plant': '-p real_time_factor:=0.0', ('README.md', 'experiment'): '-p plant.real_time_factor:=0.0 --composed '
     '--no-report', ('docs/own_robot.md', 'experiment'): '--duration 4',
     ('docs/benchmark.md', 'benchmark'): '--budgets 25 --scenarios 1 --runs 2 --seeds 1 2',
+    # of a map, whose runs fill a square
+    ('docs/results.md', 'study'): '--runs 4',
     ('docs/own_robot.md', 'excite'): '--duration 20', ('docs/own_robot.md', 'plant'): '',
     ('docs/extending.md', 'experiment'): '-p plant.real_time_factor:=0.0 --duration 4',
 }

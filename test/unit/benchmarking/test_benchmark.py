@@ -2,6 +2,7 @@
 
 import contextlib
 import csv
+import itertools
 import json
 import multiprocessing
 import os
@@ -16,7 +17,8 @@ import pytest
 import mobile_robot_control as mrc
 from mobile_robot_control.benchmarking import command as benchmark
 from mobile_robot_control.benchmarking import side_by_side
-from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, is_first, law_summaries
+from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest
+from mobile_robot_control.benchmarking.table import is_first, last_summary
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop import batch
 from mobile_robot_control.parameters.declaration import ParameterError, flatten
@@ -105,17 +107,26 @@ def test_laws_are_searched_and_judged_and_the_same_seed_gives_the_same_hash_from
     assert f'hash {values["hash"]}' in capsys.readouterr().out
     assert [(row['law'], row['track'], row['runs']) for row in rows] == [
         (row['law'], 'small', '4') for row in values['results']]
-    assert {row['law'] for row in rows} == set(laws)
+    assert {(row['law'], row['gains']) for row in rows} == set(itertools.product(laws, ('searched', 'configured')))
     for row in values['results']:
-        assert set(row['gains']) == {f'position_controller.{row["law"]}.{name}' for name in (
-            ('kx', 'ky', 'ktheta') if row['law'] == 'kanayama' else ('b', 'zeta'))}
-        assert row['successes'] == row['shared'] == 4
+        assert set(row['values']) == ({f'position_controller.{row["law"]}.{name}' for name in (
+            ('kx', 'ky', 'ktheta') if row['law'] == 'kanayama' else ('b', 'zeta'))} if row['gains'] == 'searched'
+            else set())
+        assert row['successes'] == 4
         assert 0.0 < row['rms'] <= row['rms_95'] <= row['worst']
         assert row['peak_wheel_torque'] is None
         assert row['step_time'] > 0.0
+    # with every judged run anybody computes the same numbers
+    with (tmp_path / 'one' / 'benchmark_runs.csv').open() as file:
+        judged = [float(one['rms_position_error']) for one in csv.DictReader(file)
+                  if (one['law'], one['gains']) == ('ramsete', 'searched')]
+    assert sorted(judged)[1] == next(row['rms'] for row in values['results'] if row['law'] == 'ramsete')
+    assert values['hash'] in (tmp_path / 'one' / 'benchmark.tex').read_text()
+    assert (tmp_path / 'one' / 'benchmark.pdf').read_bytes().startswith(b'%PDF')
     page = (tmp_path / 'one' / 'benchmark.html').read_text()
     assert values['hash'] in page
-    assert page.count('class="sortable"') == 2
+    assert page.count('class="sortable"') == 3
+    assert 'No law is called better' in page
     # elsewhere and later
     found = mrc.benchmark(laws=laws, tracks=[track], budgets=[25], scenarios=1, runs=4, workers=1)
     assert found.hash == values['hash']
@@ -131,11 +142,10 @@ def test_a_law_of_a_file_ranks_beside_the_shipped_ones_and_those_that_fail_come_
         (tmp_path / f'{name}.py').write_text(LAW.format(name=name, failure=failure))
     assert run(track, tmp_path / 'out', '--laws', 'kanayama', 'raises', 'mine', 'empty', *(
         word for name in ('mine', 'raises', 'empty') for word in ('--law', tmp_path / f'{name}.py')),
-        # so long that a search in which all fail ends before
-        '--budgets', 100) == 0
-    rows = {row['law']: row for row in read(tmp_path / 'out')[0]['results'] if row['budget'] == 100}
-    assert list(rows)[2:] == ['raises', 'empty']
-    assert rows['mine']['successes'] == 4
+        '--seeds', 1, 2, 3, 4, 5) == 0
+    rows = {row['law']: row for row in read(tmp_path / 'out')[0]['ranks']}
+    assert list(rows)[2:] == ['empty', 'raises']
+    assert rows['mine']['success'] == 1.0
     assert rows['mine']['rank'] <= 2 >= rows['kanayama']['rank']
     assert (rows['raises']['rank'], rows['empty']['last_rank']) == (3, 4)
     assert 'no answer' in rows['raises']['reason']
@@ -155,17 +165,15 @@ def test_a_law_whose_search_drives_no_candidate_is_not_searched_has_no_rank_and_
     assert run(track, tmp_path / works, '--laws', 'one', 'kanayama', 'two', *asked, *(
         word for name in ('one', 'two') for word in ('--law', tmp_path / f'{name}.py'))) == 0
     searched = works == 'True'
-    values, table = read(tmp_path / works)
-    rows = [(row, cells) for row, cells in zip(values['results'], table, strict=True) if row['law'] != 'kanayama']
-    for row, cells in rows:
-        assert (row['rank'] is None) == (row['last_rank'] is None) == (cells['rank'] == '') == (not searched)
-        assert row['reason'].startswith('not searched: no individual') is not searched
-        assert cells['reason'] == row['reason']
-    alone = law_summaries(values)
-    assert [one.tables == 0 for one in alone] == [False] + [not searched] * 2
+    values, _ = read(tmp_path / works)
+    for row in values['ranks']:
+        unknown = row['law'] != 'kanayama' and not searched
+        assert [row[name] is None for name in ('rank', 'last_rank', 'place', 'success')] == [unknown] * 4
+        assert row['reason'].startswith('not searched: no individual') is unknown
+    last = last_summary(values)
+    assert [one['tracks'] == 0 for one in last] == [False] + [not searched] * 2
     if not searched:
-        assert {row['last_rank'] for row in values['results'] if row['law'] == 'kanayama'} == {1}
-        assert [one.not_searched for one in alone] == [(), ('small',), ('small',)]
+        assert [one['not_searched'] for one in last] == [[], ['small'], ['small']]
     printed, page = capsys.readouterr().out, (tmp_path / works / 'benchmark.html').read_text()
     assert ('one: not searched on small\n' in printed) is not searched
     assert ('>not searched<' in page) is not searched
@@ -173,9 +181,8 @@ def test_a_law_whose_search_drives_no_candidate_is_not_searched_has_no_rank_and_
 
 
 def test_a_law_that_succeeds_in_fewer_than_half_of_the_runs_is_no_first():
-    row = {'rank': 1, 'last_rank': 3, 'runs': 100}
-    assert [is_first(row | {'successes': successes}) for successes in (0, 25, 49, 50, 100)] == [False] * 3 + [True] * 2
-    assert not is_first(row | {'successes': 100, 'rank': 2})
+    assert [share for share in (0.0, 0.25, 0.49, 0.5, 1.0) if is_first({'rank': 1, 'success': share})] == [0.5, 1.0]
+    assert not is_first({'rank': 2, 'success': 1.0})
 
 
 def test_what_a_folder_holds_is_kept_unless_asked(track, tmp_path, capsys):
@@ -184,8 +191,8 @@ def test_what_a_folder_holds_is_kept_unless_asked(track, tmp_path, capsys):
     values, _ = read(out)
     assert values['budgets'] == []
     configured = flatten(mrc.configure({}).position_controller.control.ramsete)
-    assert values['results'][0]['gains'] == {f'position_controller.ramsete.{name}': value
-                                             for name, value in configured.items()}
+    assert values['results'][0]['values'] == {f'position_controller.ramsete.{name}': value
+                                              for name, value in configured.items()}
     assert run(track, out, *words) == 2
     assert '--resume' in capsys.readouterr().err
     # nothing is run again, and another law is added
@@ -213,9 +220,10 @@ def test_a_longer_search_begins_with_the_shorter_one(track, tmp_path):
     for budgets in ((), (50,)):
         # after 25, the first of SMALL
         assert run(track, tmp_path / str(budgets), '--laws', 'ramsete', '--budgets', 25, *budgets) == 0
-        found[budgets] = {row['budget']: row['gains'] for row in read(tmp_path / str(budgets))[0]['results']}
+        found[budgets] = {row['budget']: row['values'] for row in read(tmp_path / str(budgets))[0]['results']
+                          if row['gains'] == 'searched'}
     alone = mrc.benchmark(laws=['ramsete'], tracks=[track], budgets=[50], scenarios=1, runs=4, workers=1)
-    assert found[50,] == {25: found[()][25], 50: alone.results[0]['gains']}
+    assert found[50,] == {25: found[()][25], 50: alone.results[0]['values']}
 
 
 def test_training_and_judging_have_no_scenario_in_common_and_are_those_of_every_law(track):
@@ -231,11 +239,14 @@ def test_training_and_judging_have_no_scenario_in_common_and_are_those_of_every_
 def test_an_interrupted_benchmark_goes_on_to_the_same_hash(track, tmp_path, monkeypatch, capsys):
     laws = ['--laws', 'kanayama', 'ramsete', '--budgets', '50']
     assert run(track, tmp_path / 'whole', *laws) == 0
-    for generations in (1, 3):
+    for generations, done in ((1, False), (4, True)):
         monkeypatch.setattr(benchmark, 'Interrupt', lambda generations=generations: _Stopped(generations))
         assert run(track, tmp_path / 'stopped', *laws, '--resume') == 1
         assert '--resume goes on' in capsys.readouterr().err
-        assert not (tmp_path / 'stopped' / 'benchmark.json').exists()
+        assert (tmp_path / 'stopped' / 'benchmark.json').exists() is done
+    # what is done is shown, and what is not
+    assert [one['law'] for one in read(tmp_path / 'stopped')[0]['unfinished']] == ['ramsete']
+    assert '<p>1 on small</p>' in (tmp_path / 'stopped' / 'benchmark.html').read_text()
     monkeypatch.setattr(benchmark, 'Interrupt', Interrupt)
     assert run(track, tmp_path / 'stopped', *laws, '--resume') == 0
     assert hash_of(tmp_path / 'stopped') == hash_of(tmp_path / 'whole')
@@ -257,6 +268,41 @@ def test_two_processes_give_the_hash_of_one_also_where_a_law_came_by_hand_and_af
     assert ends[-1][0] == ends[-1][1]
     assert multiprocessing.active_children() == []
     assert hash_of(tmp_path / 'two') == hash_of(tmp_path / 'one')
+
+
+class _Device:
+    """Runs what threads ask for together, as a GPU does."""
+
+    def __init__(self, fails=()):
+        self.asked, self._fails = [], fails
+
+    def together(self, several):
+        self.asked.append(len(several))
+        if len(self.asked) in self._fails:
+            raise ParameterError(['the law does not compile'])
+        return [batch.run_trials(one) for one in several]
+
+
+def test_cells_that_share_the_launches_of_a_gpu_give_the_hash_of_one_after_another(track, tmp_path):
+    words = ['--laws', 'kanayama', 'ramsete', '--seeds', '1', '2', '3', '--restarts', '2', '--feedforward']
+    assert run(track, tmp_path / 'one', *words) == 0
+    request = BenchmarkRequest(ParameterSources(), ('kanayama', 'ramsete'), (str(track),), seeds=(1, 2, 3), restarts=2,
+                               feedforward=True, budgets=(25,), scenarios=1, runs=4)
+    asked, device, shown = Benchmark(request), _Device(), []
+    side_by_side.run_together(asked.cells, device, tmp_path / 'one' / 'cells', shown.append, lambda: False)
+    assert (device.asked, sum(shown)) == ([0, 0], asked.rollouts)
+    folder = tmp_path / 'two' / 'cells'
+    folder.mkdir(parents=True)
+    with pytest.raises(ParameterError, match='does not compile'):
+        side_by_side.run_together(asked.cells, _Device(fails=(2,)), folder, shown.append, lambda: False)
+    side_by_side.run_together(asked.cells, device, folder, shown.append, lambda: False)
+    assert max(device.asked) == 6
+    assert run(track, tmp_path / 'two', *words, '--resume') == 0
+    assert hash_of(tmp_path / 'one') == hash_of(tmp_path / 'two')
+    values, _ = read(tmp_path / 'two')
+    for row in values['ranks']:
+        assert row['converged'] <= row['seeds'] == 3
+        assert min(row['configured_success'], row['feedforward_success']) > 0.0
 
 
 def _damaged(*_):

@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from mobile_robot_control.control.velocity_pi import is_stable
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.indices import objective
 from mobile_robot_control.loop.metric_table import INDICES
@@ -30,10 +31,10 @@ from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import measure
-from mobile_robot_control.search.objective import DEFAULT_SMOOTH, Goal, Objective
+from mobile_robot_control.search.objective import OBJECTIVES, RMS, Goal, Objective, default_smooth
 from mobile_robot_control.search.search import WORST
 from mobile_robot_control.search.space import bounded, configured_gains, search_genes
-from mobile_robot_control.settings.configure import configure
+from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.nodes import Configuration, course_of
 
 DISTRIBUTION = ScenarioDistribution(('trifolium', 'lemniscate'), (0.5, 1.0), longest_delay=2,
@@ -134,7 +135,26 @@ def test_the_score_is_the_mean_or_the_worst_of_equation_29_and_the_variation_per
     assert rough > 0.0
     assert objective_of(LAP, near, smooth=3.0).score(start) == pytest.approx(single[0] + 3.0 * rough, rel=1e-12)
     # only a base that is driven by velocity is searched with a weight
-    assert DEFAULT_SMOOTH['torque'] == 0.0 < DEFAULT_SMOOTH['velocity']
+    for name in OBJECTIVES:
+        assert default_smooth(name, 'torque') == 0.0 < default_smooth(name, 'velocity')
+    apart = [math.sqrt(one.totals.squared_position / one.totals.time) for one in outcomes]
+    assert objective_of(LAP, near, far, objective=RMS).score(start) == pytest.approx(sum(apart) / 2.0, rel=1e-15)
+    assert objective_of(LAP, near).objectives(start) == {'eq29': single[0], RMS: apart[0]}
+
+
+def test_a_search_begins_with_velocity_gains_that_are_stable():
+    """Of a thousand draws for this robot, ten are."""
+    loop = ParameterSources(robot='turtlebot3_burger').configuration()
+    scored = objective_of(loop, genes=search_genes('backstepping', True))
+    drawn = np.random.default_rng(1).random((50, 8))
+    begun = scored.begin(drawn)
+    gains = [scored.gains(point).velocity for point in begun.tolist()]
+    shared = loop.plant.shared
+    assert all(is_stable(one, shared.robot, shared.velocity_rate, shared.lockstep) for one in gains)
+    assert (begun[:, :4] == drawn[:, :4]).all()
+    # the default robot has none to move
+    drawn = np.maximum(drawn, 1.0 / 4096.0)
+    assert (objective_of(LAP, genes=search_genes('backstepping', True)).begin(drawn) == drawn).all()
 
 
 def test_a_generation_scores_as_its_individuals_and_unstable_gains_and_diverging_runs_worst():

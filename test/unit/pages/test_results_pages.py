@@ -11,7 +11,7 @@ import claims_table
 import path_results
 import pytest
 import robot_results
-from benchmark_results import STORE, SUMMARY, TABLE, seeds_lines, table_lines
+from benchmark_results import STORE, SUMMARY, TABLE, table_lines
 from chapter_figures import claims
 from chapter_figures.runs import LAP, Runs, StepTick
 from helpers.harness import CONFIG
@@ -32,49 +32,38 @@ def test_generated_parts_are_made_of_what_is_stored_for_the_present_tracks_paths
     for part, text, lines in ((TABLE, RESULTS, table_lines), (SUMMARY, README, benchmark_results.summary_table)):
         assert part.found(text) == part.marked(VALUES['hash'], lines(VALUES))
     assert VALUES['fingerprint'] == benchmark_results.fingerprint(VALUES['laws'], list(VALUES['tracks']))
-    assert len(VALUES['results']) == len(VALUES['laws']) * len(VALUES['tracks'])
+    assert len(VALUES['ranks']) == len(VALUES['laws']) * len(VALUES['tracks'])
     part = path_results.PART
     assert PATHS['fingerprint'] == path_results.paths_fingerprint()
     assert part.found(RESULTS) == part.marked(PATHS['fingerprint'], path_results.path_lines(PATHS))
 
 
-def test_a_sentence_names_the_laws_to_which_none_is_better():
-    rows = benchmark_results.Rows(VALUES)
+def test_a_sentence_names_the_laws_that_no_other_is_known_to_beat():
+    ranks = benchmark_results.Ranks(VALUES)
     for track in ('on_curve', 'thrown_off'):
         told, = (text for text in benchmark_results.sentences(VALUES) if f'(`{track}`)' in text)
-        named = told.partition('take ')[2].partition(':')[0]
-        assert [name.strip(' `') for name in named.replace(' and ', ',').split(',')] == rows.firsts(track)
+        named = told.partition('known to beat ')[2].partition(':')[0]
+        assert [name.strip(' `') for name in named.replace(' and ', ',').split(',')] == ranks.firsts(track)
 
 
-def test_a_row_of_a_law_that_failed_says_so():
+def test_a_law_that_was_not_searched_or_fails_says_so_and_half_success_makes_no_first():
     changed = copy.deepcopy(VALUES)
-    next(row for row in changed['results'] if (row['rank'] or 0) > 1).update(reason='it diverges', rms=None)
-    assert any('failed' in line for line in table_lines(changed))
+    rows = {row['law']: row for row in benchmark_results.Ranks(changed).tracks['rectangle']}
+    rows['lqr'].update(rank=None, last_rank=None, success=None, rms=None)
+    rows['kanayama'].update(success=0.25)
+    line, = (line for line in table_lines(changed) if line.startswith('| rectangle |'))
+    assert ' not searched |' in line
+    assert ', 75 % fail |' in line
+    assert '**' not in benchmark_results._cell(rows['kanayama'])
 
 
-def test_a_law_that_was_not_searched_says_so_in_each_table_and_counts_in_no_mean_and_half_success_makes_no_first():
-    changed = copy.deepcopy(VALUES)
-    best = benchmark_results.law_summaries(VALUES)[0]
-    row = benchmark_results.Rows(changed).row('rectangle', best.law)
-    row.update(rank=None, last_rank=None, reason='not searched: no individual could be scored', runs=0, successes=0)
-    rows = [line for line in table_lines(changed) if line.startswith('| rectangle |')]
-    assert ' not searched |' in rows[0]
-    counts = {line.split('|')[1].strip(): line for line in benchmark_results.summary_table(changed)}
-    assert f' {best.tables - 1} |' in counts['searched on']
-    # a quarter of its runs
-    for one in changed['results']:
-        one['successes'] = one['runs'] // 4
-    assert '**' not in ''.join(benchmark_results._cell(one) for one in changed['results'])
-
-
-def test_ranks_by_seed_and_budget_are_shown_only_where_they_were_measured():
-    assert list(seeds_lines({})) == []
-    row = {'law': 'lqr', 'track': 'noise'}
-    lines = list(seeds_lines({'hash': 'ab', 'laws': ['lqr'], 'tracks': {'noise': {}}, 'budgets': [100, 500],
-                              'seeds': [1, 2], 'results': [
-                                  row | {'budget': budget, 'seed': seed, 'rank': seed, 'last_rank': budget // 100 + 1}
-                                  for budget in (100, 500) for seed in (1, 2)]}))
-    assert lines[-1] == '| lqr | 1.8 (1–2) | 3.8 (1–6) |'
+def test_the_published_table_has_ten_seeds_on_six_tracks_and_five_on_the_others():
+    """Each law was driven with each of them."""
+    for row in VALUES['ranks']:
+        assert row['seeds'] == (10 if row['track'] in benchmark_results.SIX else 5)
+    left = {(one['track'], one['seed']) for one in VALUES['unfinished'] if not one['feedforward']}
+    assert left == {(track, seed) for track in VALUES['tracks'] if track not in benchmark_results.SIX
+                    for seed in range(6, 11)}
 
 
 def test_at_least_seven_laws_follow_within_3_cm_and_hardly_saturate_and_the_page_names_the_others():

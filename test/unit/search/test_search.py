@@ -54,6 +54,25 @@ def test_a_score_that_is_not_finite_is_never_the_best(algorithm):
     assert math.isnan(found.history[0].mean)
 
 
+@pytest.mark.parametrize('algorithm', ALGORITHMS)
+def test_a_search_begins_with_the_points_that_it_is_given(algorithm):
+    begun = []
+    run_search(settings(algorithm, 1), lambda points: begun.append(points.copy()) or bowl(points),
+               begin=lambda drawn: np.where(drawn > 0.5, 0.25, drawn))
+    assert begun[0].max() <= 0.5
+    assert np.count_nonzero(begun[0] == 0.25) > 50
+
+
+def test_differential_evolution_draws_again_until_a_point_has_a_score():
+    # one draw of 300 has one
+    found = run_search(settings('differential_evolution', 60), lambda points: np.where(
+        points[:, 0] < 0.003, bowl(points), math.nan))
+    lost = [generation.lost for generation in found.history]
+    assert lost[0] == 41
+    assert min(lost) < 41
+    assert found.score < WORST
+
+
 def test_generations_seconds_and_stopped_end_a_search():
     assert len(run_search(settings(generations=3), bowl).history) == 3
     assert run_search(settings(seconds=1e-9), bowl).history == ()

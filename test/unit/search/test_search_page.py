@@ -35,7 +35,7 @@ def holds():
 def test_the_page_of_a_search_has_convergence_both_loops_and_what_holds(browser, holds, tmp_path):
     file = tmp_path / 'found.html'
     write_search_page(file, 'fuzzy: objective <4.2>', HISTORY, [run('before', 'backstepping'), run('after', 'fuzzy')],
-                      holds, SVG, provenance('tune fuzzy', None))
+                      holds, 'objective', SVG, provenance('tune fuzzy', None))
     browser.show(file, 360, 'dark')
     assert (browser.errors(), browser.violations(), browser.requests()) == ([], [], [file.as_uri()])
     assert convergence(HISTORY) == {'number': [1, 2, 3], 'best': [8.0, 6.5, 4.2], 'mean': [20.0, None, 9.0],
@@ -58,8 +58,8 @@ def test_the_page_of_a_search_has_convergence_both_loops_and_what_holds(browser,
 
 def test_a_search_of_one_generation_whose_loop_did_not_move_before_has_a_page(browser, holds, tmp_path):
     file = tmp_path / 'found.html'
-    write_search_page(file, 'fuzzy', [Generation(1, 4.2, math.nan, 8)], [run('after', 'fuzzy')], holds, SVG,
-                      provenance('tune fuzzy', None))
+    write_search_page(file, 'fuzzy', [Generation(1, 4.2, math.nan, 8)], [run('after', 'fuzzy')], holds, 'objective',
+                      SVG, provenance('tune fuzzy', None))
     browser.show(file, 1280)
     assert browser.errors() == []
     assert 'mean not known' in browser.evaluate('document.querySelector("#search .legend").textContent')
@@ -69,11 +69,11 @@ def test_the_page_of_a_search_begins_with_what_it_has_changed(holds, tmp_path):
     file, moved = tmp_path / 'found.html', run('run', 'fuzzy')
     for after, answer in (
             (4.2, 'The search lowered the objective of the configured run by 47.5 %, from 8 to 4.2.'),
-            (8.0, 'The search found no better gains than those configured, which stay, with an objective of 8.'),
+            (8.0, 'The search found no better gains than those configured, which stay, with the same objective, 8.'),
             (9.0, 'The search did not lower the objective of the configured run: 8 before, 9 after.')):
         runs = [moved._replace(name=name, metrics={'objective': value})
                 for name, value in (('before', 8.0), ('after', after))]
-        write_search_page(file, 'fuzzy', HISTORY, runs, holds._replace(spread=(0.009, 0.01, 0.012)), SVG,
+        write_search_page(file, 'fuzzy', HISTORY, runs, holds._replace(spread=(0.009, 0.01, 0.012)), 'objective', SVG,
                           provenance('tune fuzzy', None))
         spread = 'RMS error of the configured run over 3 seeds: 1.00 cm, from 0.90 to 1.20 cm.'
         assert f'<p class="answer">{answer} {spread}</p>' in file.read_text(encoding='utf-8')

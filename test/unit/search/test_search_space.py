@@ -19,6 +19,7 @@ from mobile_robot_control.search.space import (
     decode,
     population_of,
     search_genes,
+    widened,
     without,
 )
 from mobile_robot_control.settings.configure import configure
@@ -129,9 +130,16 @@ def test_gains_at_the_edge_of_their_search_are_named():
     inside = [0.5] * len(genes)
     assert list(at_the_edge(genes, inside)) == []
     assert list(at_the_edge(genes, [0.999, *inside[1:]])) == [
-        'position_controller.backstepping.p is at the upper edge of its search, 0 to 2: a search with other --bounds '
-        'may find better gains']
+        'position_controller.backstepping.p is at the upper edge of its search, 0 to 2']
     assert [text.split()[0] for text in at_the_edge(genes, [0.001] * len(genes))] == [gene.name for gene in genes]
+
+
+def test_a_search_is_widened_beyond_the_edges_that_it_has_reached_as_far_as_the_law_allows():
+    # a weight lies between 1e-3 and 1e6
+    genes = bounded(search_genes('lqr'), {'q1': (1.0, 7e5), 'q2': (0.5, 9.0), 'q3': (4.0, 5.0)})
+    assert [(gene.low, gene.high) for gene in widened(genes[:3], [1.0, 0.001, 0.995])] == [
+        (1.0, 1e6), (1e-3, 9.0), (4.0, 6.0)]
+    assert widened(genes[:3], [0.5] * 3) == genes[:3]
 
 
 def test_a_gene_is_named_by_its_parameter_or_an_end_of_that():

@@ -1,0 +1,252 @@
+"""The run of one cell of a benchmark: searches with each budget, and unseen scenarios that judge."""
+
+import glob
+import math
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mobile_robot_control.analysis.modelled import drive_of
+from mobile_robot_control.benchmarking.cell import AGREE, JUDGED, NOT_SEARCHED, PER_GENE, POPULATION, Cell
+from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
+from mobile_robot_control.control.tracking_error import distance
+from mobile_robot_control.loop.batch import TrialRunner
+from mobile_robot_control.loop.monte_carlo import judge
+from mobile_robot_control.loop.scenarios import scenario_trial
+from mobile_robot_control.loop.trial import Trial
+from mobile_robot_control.model.plant import VELOCITY as DRIVEN_BY_VELOCITY
+from mobile_robot_control.parameters.declaration import ParameterError, flatten
+from mobile_robot_control.quantities import Observation, TrackingError
+from mobile_robot_control.runs.rollout import trial_rollout
+from mobile_robot_control.search import space
+from mobile_robot_control.search.journal import Journal
+from mobile_robot_control.search.objective import Goal, Objective, default_smooth
+from mobile_robot_control.search.search import Found, Generation, SearchSettings, no_result, run_search
+from mobile_robot_control.search.space import Gains, search_genes
+from mobile_robot_control.settings.nodes import Configuration, course_of
+
+_LATE = 0.75
+_DRAWN = 120
+"""Points of a picture."""
+_STEPS, _REPEATS = 300, 5
+
+
+class Work(NamedTuple):
+    """
+    How a cell is run.
+
+    Attributes
+    ----------
+    run : callable
+        Runs trials.
+    file : Path
+        Where its result will be; journals lie beside.
+    progress : callable
+        Called with how many rollouts were done since the last time.
+    stopped : callable
+        Called before each generation; the cell ends if it returns True.
+    """
+
+    run: TrialRunner
+    file: Path
+    progress: Callable[[int], object]
+    stopped: Callable[[], bool]
+
+    def journal(self, name: str) -> Path:
+        """Return the journal of a search."""
+        return self.file.with_suffix(f'.{name}.journal')
+
+    def remove_journals(self) -> None:
+        """Remove those of all searches."""
+        for file in self.file.parent.glob(f'{glob.escape(self.file.stem)}.*.journal'):
+            file.unlink()
+
+
+def run_cell(cell: Cell, work: Work) -> dict[str, Any] | None:
+    """
+    Search with each budget and judge.
+
+    Returns
+    -------
+    dict or None
+        `results`, one for each budget, `configured` of gains without a search, `step_time` [s] and `drawn`; None where
+        it was stopped.
+    """
+    try:
+        configuration = cell.configuration()
+    except ParameterError as error:
+        return {'results': [{'budget': budget, 'reason': '; '.join(error.violations)}
+                            for budget in cell.budgets or (0,)], 'configured': None, 'step_time': None, 'drawn': None}
+    results = []
+    gains, told, reason = space.configured_gains(configuration), dict[str, Any](), ''
+    genes: Any = search_genes(cell.law, True, drive_of(configuration))
+    for budget in cell.budgets or (0,):
+        if budget and genes:
+            found = _searched(cell, configuration, genes, budget, work)
+            if found is None:
+                return None
+            gains, told, reason = found
+        if reason:
+            failure = _failure(cell, configuration)[1]
+            results.append({'budget': budget, 'reason': failure or f'{NOT_SEARCHED}: {reason}'})
+        else:
+            loop = with_gains(configuration, gains)
+            judged = _judged(cell, loop, work)
+            results.append({'budget': budget, **told, 'gains': _named(genes, gains, cell.law), **judged,
+                            'reason': '' if any(judged['success']) else _why(cell, loop)})
+    return {'results': results, 'configured': _judged(cell, configuration, work) if cell.is_compared else None,
+            'step_time': step_time(configuration),
+            'drawn': None if reason else _picture(cell, with_gains(configuration, gains))}
+
+
+def _searched(
+    cell: Cell, configuration: Configuration, genes: Any, budget: int, work: Work
+) -> tuple[Gains, dict[str, Any], str] | None:
+    """
+    Search with each restart; return the best gains, what the table tells of them, and why there are none.
+
+    A search begins with the bounds of the best one before, widened where that ends at an edge. None where it was
+    stopped.
+    """
+    smooth = default_smooth(cell.objective, drive_of(configuration))
+    goal = Goal(cell.law, genes, tuple(cell.drawn('training', configuration, cell.training)),
+                cell.track.parameters.laps, smooth=smooth, objective=cell.objective)
+    population = max(POPULATION, PER_GENE * len(genes))
+    scores: list[float] = []
+    best: tuple[float, Gains, list[str]] | None = None
+    reason = ''
+    for restart in range(cell.restarts):
+        # the first search is the same with each budget, up to its end
+        counted = [one for one in cell.budgets if one < budget] if restart == 0 else []
+        settings = SearchSettings('differential_evolution', len(genes), population, max(1, budget // population),
+                                  cell.seed_of(f'search {restart}' if restart else 'search') % 2**32)
+        name = f'{restart}.{budget}' if restart else '0'
+        objective = Objective(configuration, goal, work.run)
+        found = _one_search(settings, objective, Journal(work.journal(name), {'cell': work.file.name}, True),
+                            max(counted, default=0) // population, cell, work)
+        # a search in which every candidate fails ends early by itself
+        if work.stopped() and len(found.history) < settings.generations:
+            return None
+        reason = no_result(found)
+        scores.append(found.score)
+        if found.point is not None and not reason and (best is None or found.score < best[0]):
+            point = found.point.tolist()
+            best = found.score, space.rounded(objective.gains(point)), [*space.at_the_edge(goal.genes, point)]
+            goal = goal._replace(genes=space.widened(goal.genes, point))
+    if best is None:
+        return space.configured_gains(configuration), {}, reason
+    score, gains, edges = best
+    return gains, {
+        'score': score, 'objectives': Objective(configuration, goal, work.run).objectives(gains),
+        'agreeing': sum(one <= (1.0 + AGREE) * score for one in scores), 'at_edge': edges}, ''
+
+
+def _one_search(
+    settings: SearchSettings, objective: Objective, journal: Journal, counted: int, cell: Cell, work: Work
+) -> Found:
+    """Search, and count generations but the first ones, which were counted before."""
+    def generation(one: Generation) -> None:
+        if one.number > counted:
+            work.progress(settings.population * cell.training)
+
+    try:
+        return run_search(settings, objective, journal, generation, work.stopped, objective.begin)
+    finally:
+        journal.close()
+
+
+def with_gains(configuration: Configuration, gains: Gains) -> Configuration:
+    """Return a loop with other gains."""
+    velocity, position = configuration.velocity_controller, configuration.position_controller
+    return configuration._replace(velocity_controller=velocity._replace(gains=gains.velocity),
+                                  position_controller=position._replace(control=gains.control))
+
+
+def _named(genes: Any, gains: Gains, law: str) -> dict[str, Any]:
+    """Return the gains that were searched, by node and name; those of the law alone where nothing can be."""
+    if genes:
+        return {f'{node}.{name}': value for node, values in space.parameters(genes, gains).items()
+                for name, value in values.items() if name != 'controller_type'}
+    return {f'position_controller.{law}.{name}': value
+            for name, value in flatten(declared_gains(gains.control)[1]).items()}
+
+
+def judging_trials(cell: Cell, configuration: Configuration) -> list[Trial]:
+    """Return the trials that judge a loop."""
+    laps, scenarios = cell.track.parameters.laps, cell.drawn('judging', configuration, cell.runs)
+    varies = drive_of(configuration) == DRIVEN_BY_VELOCITY
+    trials = (scenario_trial(configuration, scenario, laps, _LATE * laps) for scenario in scenarios)
+    return [one._replace(form=one.form._replace(indices=True, varies=varies)) for one in trials]
+
+
+def _judged(cell: Cell, loop: Configuration, work: Work) -> dict[str, Any]:
+    """Run the unseen scenarios; return what each has shown, as columns."""
+    trials = judging_trials(cell, loop)
+    judged = [judge(trial, outcome, cell.track.parameters.success_within)
+              for trial, outcome in zip(trials, work.run(trials), strict=True)]
+    work.progress(cell.runs)
+    return {'success': [one.success for one in judged], 'outcome': [one.outcome for one in judged],
+            **{name: [_finite(one.metrics[name]) for one in judged] for name in JUDGED}}
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _why(cell: Cell, configuration: Configuration) -> str:
+    """Return why a law fails or diverges in the first unseen scenario; '' where it does not."""
+    end, failure = _failure(cell, configuration)
+    return failure or end
+
+
+def _failure(cell: Cell, configuration: Configuration) -> tuple[str, str]:
+    """Return where a loop diverges in the first unseen scenario, and why its law fails there; '' where it does not."""
+    trial = judging_trials(cell._replace(runs=1), configuration)[0]
+    steps = 0
+    try:
+        for _ in trial_rollout(trial, configuration):
+            steps += 1
+    except LawFailedError as error:
+        return '', str(error)
+    except ParameterError as error:
+        return '', '; '.join(error.violations)
+    return '' if steps > trial.steps else f'it diverges at t = {steps * trial.loop.plant.dt:.3g} s', ''
+
+
+def _picture(cell: Cell, configuration: Configuration) -> dict[str, list[float]]:
+    """Return path, reference and error of the first unseen scenario, thinned out, to a micrometre."""
+    trial = judging_trials(cell._replace(runs=1), configuration)[0]
+    every = max(1, trial.steps // trial.ratio // _DRAWN) * trial.ratio
+    rows = []
+    try:
+        for k, sample in enumerate(trial_rollout(trial, configuration)):
+            if k % every == 0:
+                pose, error = (sample.truth.pose, sample.truth.error) if sample.truth else (
+                    sample.tick.pose, sample.tick.error)
+                rows.append((sample.time, pose.x, pose.y, *sample.tick.reference.pose[:2],
+                             distance(error)))
+    except LawFailedError:
+        pass
+    names = ('time', 'x', 'y', 'reference_x', 'reference_y', 'error')
+    return {name: [round(value, 6) for value in column]
+            for name, column in zip(names, zip(*rows, strict=True), strict=True)}
+
+
+def step_time(configuration: Configuration) -> float | None:
+    """Measure one step of the law as a node does it [s]: the best mean of some repeats; None where it fails."""
+    law, shared = LAWS[configuration.position_controller.control.controller_type], configuration.plant.shared
+    cart, best = course_of(configuration.reference_cart).reference(0.0), math.inf
+    observation = Observation(TrackingError(0.01, 0.01, 0.01), cart, cart.velocity, (cart,) * shared.reference_horizon)
+    try:
+        gains = prepared_gains(law, declared_gains(configuration.position_controller.control)[1],
+                               1.0 / shared.position_rate)
+        for _ in range(_REPEATS):
+            state, begun = law.start, time.perf_counter()
+            for _ in range(_STEPS):
+                state, _ = law.step(state, observation, gains, 1.0 / shared.position_rate)
+            best = min(best, (time.perf_counter() - begun) / _STEPS)
+    except Exception:  # a law can raise anything; its runs tell the reason
+        return None
+    return best

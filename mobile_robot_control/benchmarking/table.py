@@ -1,0 +1,337 @@
+"""The table of a benchmark: numbers of each cell, ranks of laws on each track over seeds, and a summary over tracks."""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from hashlib import sha256
+from statistics import fmean
+from typing import Any
+
+import numpy as np
+
+from mobile_robot_control.benchmarking.cell import JUDGED, NOT_SEARCHED, Cell, judged_runs
+from mobile_robot_control.benchmarking.engine import Benchmark, Done, published_rows
+from mobile_robot_control.benchmarking.ranking import (
+    LEAST_SUCCESS,
+    RANKED,
+    Pair,
+    better_pairs,
+    over_groups,
+    pairs_of,
+    probability,
+    quantile,
+    rank_ranges,
+    ratios,
+)
+from mobile_robot_control.elementary import ARITHMETIC, exp, log
+from mobile_robot_control.loop.monte_carlo import CONFIDENCE, JudgedRuns, wilson_interval
+from mobile_robot_control.studying.comparison import mean_interval
+
+Values = Mapping[str, Any]
+SEARCHED, CONFIGURED, FED = 'searched', 'configured', 'feedforward'
+"""Gains of a row: those of a search, those configured, and those of a search with feedforward."""
+
+
+def cell_hash(cell: Cell, found: Values) -> str:
+    """Return digits that change with what a cell is and has shown; a reason may name a file, and a time differs."""
+    shown = [{name: value for name, value in result.items() if name != 'reason'} for result in found['results']]
+    content = [cell.law, cell.track.name, cell.seed, cell.feedforward, shown, found['configured']]
+    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
+    """Return the content of `benchmark.json`, of the cells that are done."""
+    hashes = [cell_hash(*one) for one in done]
+    tracks = {name: track.content(benchmark.request.sources) for name, track in benchmark.tracks.items()}
+    hashed = [ARITHMETIC, tracks, benchmark.request.scenarios, benchmark.request.runs, hashes]
+    results = [row for one, digits in zip(done, hashes, strict=True) for row in _rows(*one, digits)]
+    held = {id(cell) for cell, _ in done}
+    groups = {name: track.parameters.group or name for name, track in benchmark.tracks.items()}
+    ranks, pairs = [], []
+    for number, budget in enumerate(benchmark.budgets or (0,)):
+        for name in benchmark.tracks:
+            found = _ranked(name, number, budget, done, [
+                row for row in results if (row['track'], row['budget']) == (name, budget)])
+            ranks += found[0]
+            pairs += found[1]
+    return {
+        'hash': sha256(json.dumps(hashed, sort_keys=True).encode()).hexdigest()[:16],
+        'laws': list(benchmark.laws), 'seeds': list(benchmark.seeds), 'budgets': list(benchmark.budgets),
+        'restarts': benchmark.request.restarts, 'scenarios': benchmark.request.scenarios,
+        'runs': benchmark.request.runs,
+        'tracks': {name: {'purpose': track.parameters.purpose, 'source': track.source, 'group': groups[name],
+                          'objective': benchmark.request.objective or track.parameters.objective,
+                          'success_within': track.parameters.success_within,
+                          'published': [*published_rows(track, benchmark.request.sources)]}
+                   for name, track in benchmark.tracks.items()},
+        'unfinished': [{'law': cell.law, 'track': cell.track.name, 'seed': cell.seed, 'feedforward': cell.feedforward}
+                       for cell in benchmark.cells if id(cell) not in held],
+        'summary': [row for budget in benchmark.budgets or (0,)
+                    for row in _summary(benchmark.laws, budget, ranks, groups)],
+        'ranks': ranks, 'pairs': pairs, 'results': results,
+    }
+
+
+def _runs_of(result: Values, runs: int) -> JudgedRuns | None:
+    """Return the judged runs of a result: none of gains that no search found, failures of a law that cannot run."""
+    if 'success' in result:
+        return judged_runs(result)
+    if result['reason'].startswith(NOT_SEARCHED):
+        return None
+    return JudgedRuns(np.zeros(runs, bool), {name: np.full(runs, math.inf) for name in JUDGED},
+                      np.full(runs, 'law_failed'))
+
+
+def _rows(cell: Cell, found: Values, digits: str) -> Iterator[dict[str, Any]]:
+    """Yield the numbers of a cell, a row for each budget, and one of the gains as configured."""
+    kind = FED if cell.feedforward else SEARCHED
+    tried = [(kind if cell.budgets or cell.feedforward else CONFIGURED, result) for result in found['results']]
+    if found['configured']:
+        tried.append((CONFIGURED, {'budget': max(cell.budgets), 'reason': '', **found['configured']}))
+    for gains, result in tried:
+        judged = _runs_of(result, cell.runs)
+        own = judged.chosen(judged.success) if judged else None
+
+        def at(name: str, fraction: float = 0.5, own: JudgedRuns | None = own) -> float | None:
+            return quantile(own.metrics[name].tolist(), fraction) if own else None
+
+        successes = len(own) if own is not None else None
+        yield {
+            'track': cell.track.name, 'law': cell.law, 'gains': gains, 'seed': cell.seed, 'budget': result['budget'],
+            'runs': cell.runs if judged else 0, 'successes': successes,
+            'success_interval': None if successes is None else list(wilson_interval(successes, cell.runs)),
+            'rms': at(RANKED), 'rms_95': at(RANKED, 0.95), 'worst': at('max_position_error', 1.0),
+            'settling_time': at('settling_time'), 'peak_wheel_torque': at('peak_wheel_torque'),
+            'energy': at('energy'), 'torque_variation': at('torque_variation'),
+            'command_variation': at('command_variation'), 'step_time': found['step_time'],
+            'score': result.get('score'), 'eq29': result.get('objectives', {}).get('eq29'),
+            'rms_searched': result.get('objectives', {}).get('rms_position_error'),
+            'agreeing': result.get('agreeing') if cell.restarts > 1 else None,
+            'at_edge': result.get('at_edge', []), 'hash': digits,
+            'reason': result['reason'], 'values': result.get('gains', {}),
+        }
+
+
+def _ranked(
+    track: str, number: int, budget: int, done: Done, rows: Sequence[Values]
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Return the laws of a track with one budget, the best first, and their pairs."""
+    runs: dict[str, dict[int, JudgedRuns]] = {}
+    laws = dict.fromkeys(row['law'] for row in rows)
+    for cell, found in done:
+        if cell.track.name == track and not cell.feedforward:
+            judged = _runs_of(found['results'][number], cell.runs)
+            if judged is not None:
+                runs.setdefault(cell.law, {})[cell.seed] = judged
+    pairs = pairs_of(runs)
+    better = better_pairs(pairs)
+    ranges, apart = rank_ranges(runs, better), ratios(runs, pairs)
+    best = next((law for law, ratio in apart.items() if ratio == 0.0), '')
+    order = sorted(runs, key=lambda law: (apart.get(law, math.inf), -_success(runs[law]), law))
+
+    def row(law: str) -> dict[str, Any]:
+        # of a benchmark without searches, those configured
+        kind = SEARCHED if budget else CONFIGURED
+        searched = [one for one in rows if (one['law'], one['gains']) == (law, kind)]
+        own = runs.get(law, {})
+        known = [value for one in own.values() for value in one.metrics[RANKED][one.success].tolist()]
+        agreeing = [one['agreeing'] for one in searched if one['agreeing'] is not None]
+        to_best = next((_turned(pair, law) for pair in pairs if {pair.first, pair.second} == {law, best}), ())
+        return {
+            'track': track, 'law': law, 'budget': budget, 'place': order.index(law) + 1 if own else None,
+            'rank': ranges[law][0] if own else None, 'last_rank': ranges[law][1] if own else None,
+            'seeds': len(own), 'success': _success(own) if own else None, 'rms': quantile(known, 0.5),
+            'ratio': exp(apart[law]) if law in apart else None,
+            'ratio_interval': _exponentials(mean_interval(to_best, CONFIDENCE)) if len(to_best) > 1 else None,
+            'converged': sum(one > 1 for one in agreeing) if agreeing else None,
+            'at_edge': sum(bool(one['at_edge']) for one in searched),
+            **{f'{kind}_{what}': value for kind in (CONFIGURED, FED)
+               for what, value in _other([one for one in rows if (one['law'], one['gains']) == (law, kind)]).items()},
+            'reason': next((one['reason'] for one in searched if one['reason']), ''),
+        }
+
+    names = [*order, *(law for law in laws if law not in runs)]
+    return [row(law) for law in names], [_pair_row(track, budget, pair, better) for pair in pairs]
+
+
+def _success(runs: Mapping[int, JudgedRuns]) -> float:
+    return fmean(np.count_nonzero(one.success) / len(one) for one in runs.values())
+
+
+def _turned(pair: Pair, law: str) -> tuple[float, ...]:
+    """Return the differences of a pair as those of one of its laws."""
+    return pair.errors if pair.first == law else tuple(-one for one in pair.errors)
+
+
+def _exponentials(interval: tuple[float, float]) -> list[float | None]:
+    return [exp(end) if math.isfinite(end) else None for end in interval]
+
+
+def _other(rows: Sequence[Values]) -> dict[str, float | None]:
+    """Return error and success of other gains over seeds: the median of the seeds' medians."""
+    known = [row['rms'] for row in rows if row['rms'] is not None]
+    judged = [row['successes'] / row['runs'] for row in rows if row['runs']]
+    return {'rms': quantile(known, 0.5) if known else None, 'success': fmean(judged) if judged else None}
+
+
+def _pair_row(track: str, budget: int, pair: Pair, better: set[tuple[str, str]]) -> dict[str, Any]:
+    winner = next((one for one in (pair.first, pair.second) for loser in (pair.first, pair.second)
+                   if (one, loser) in better), None)
+    return {
+        'track': track, 'budget': budget, 'first': pair.first, 'second': pair.second, 'errors': list(pair.errors),
+        'successes': list(pair.successes), 'ratio': exp(fmean(pair.errors)) if pair.errors else None,
+        'ratio_interval': (_exponentials(mean_interval(pair.errors, CONFIDENCE)) if len(pair.errors) > 1 else None),
+        'probability': probability(pair.errors), 'success_probability': probability(pair.successes),
+        'better': winner,
+    }
+
+
+def _summary(
+    laws: Sequence[str], budget: int, ranks: Sequence[Values], groups: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """Return the laws over all tracks with one budget: that with the smallest errors first."""
+    found = []
+    for law in laws:
+        rows = [row for row in ranks if (row['law'], row['budget']) == (law, budget) and row['rank'] is not None]
+        known = {row['track']: log(row['ratio']) for row in rows if row['ratio'] is not None}
+        mean, interval = over_groups(known, groups) if known else (math.inf, (-math.inf, math.inf))
+        found.append({
+            'law': law, 'budget': budget, 'ratio': exp(mean) if known else None,
+            'ratio_interval': _exponentials(interval), 'groups': len({groups[track] for track in known}),
+            'compared': len(known), 'tracks': len(rows), 'first': sum(map(is_first, rows)),
+            'mean_place': fmean(row['place'] for row in rows) if rows else None,
+            'success': fmean(row['success'] for row in rows) if rows else None,
+            'failed': [row['track'] for row in rows if row['success'] < LEAST_SUCCESS],
+            'not_searched': [row['track'] for row in ranks if (row['law'], row['budget']) == (law, budget)
+                             and row['rank'] is None],
+        })
+    return sorted(found, key=lambda one: (one['ratio'] is None, one['ratio'], one['law']))
+
+
+def is_first(row: Values) -> bool:
+    """Return whether no law is known to be better than that of a row, which succeeds in half of the runs at least."""
+    return bool(row['rank'] == 1 and row['success'] >= LEAST_SUCCESS)
+
+
+COLUMNS = ('track', 'law', 'gains', 'seed', 'budget', 'runs', 'successes', 'rms', 'rms_95', 'worst', 'settling_time',
+           'peak_wheel_torque', 'energy', 'torque_variation', 'command_variation', 'step_time', 'score', 'eq29',
+           'rms_searched', 'agreeing', 'at_edge', 'hash', 'reason')
+"""Of `benchmark.csv`."""
+RUN_COLUMNS = ('track', 'law', 'gains', 'seed', 'budget', 'run', 'curve', 'scale', 'start_x', 'start_y',
+               'start_heading', 'mass', 'friction', 'delay', 'noise_seed', 'success', 'outcome', *JUDGED)
+"""Of `benchmark_runs.csv`."""
+
+
+def _csv(columns: Sequence[str], rows: Iterator[Sequence[Any]]) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow(columns)
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def benchmark_table(values: Values) -> str:
+    """Return `benchmark.csv`: a row for each law, track, kind of gains, seed and budget; empty where not known."""
+    def cell(value: Any) -> Any:
+        return '; '.join(value) if isinstance(value, list) else value
+
+    return _csv(COLUMNS, ([cell(row[name]) for name in COLUMNS] for row in values['results']))
+
+
+def runs_table(done: Done) -> str:
+    """Return `benchmark_runs.csv`: a row for each judged run, with its scenario; empty where not known."""
+    drawn: dict[Any, Any] = {}
+
+    def rows() -> Iterator[Sequence[Any]]:
+        for cell, found in done:
+            tried = [(FED if cell.feedforward else SEARCHED, one) for one in found['results'] if 'success' in one]
+            if found['configured']:
+                tried.append((CONFIGURED, {'budget': '', **found['configured']}))
+            if not tried:
+                continue
+            key = cell.track.name, cell.seed, cell.feedforward
+            if key not in drawn:
+                drawn[key] = cell.drawn('judging', cell.configuration(), cell.runs)
+            for gains, one in tried:
+                for n, scenario in enumerate(drawn[key]):
+                    yield (cell.track.name, cell.law, gains, cell.seed, one['budget'], n + 1, scenario.curve,
+                           scenario.scale, *scenario.start, scenario.mass, scenario.friction, scenario.delay,
+                           scenario.noise.seed, int(one['success'][n]), one['outcome'][n],
+                           *(one[name][n] for name in JUDGED))
+
+    return _csv(RUN_COLUMNS, rows())
+
+
+def latex_table(values: Values) -> str:
+    """Return `benchmark.tex`: the summary as a table of LaTeX, of the largest budget."""
+    lines = [r'\begin{tabular}{lrrrr}', r'\hline',
+             r'law & error to the best & 95\,\% interval & mean place & success \\', r'\hline']
+    for one in last_summary(values):
+        low, high = one['ratio_interval']
+        interval = '--' if low is None else f'{low:.2f}--{high:.2f}'
+        ratio, place, success = (('--', '--', '--') if one['mean_place'] is None else (
+            '--' if one['ratio'] is None else f'{one["ratio"]:.2f}', f'{one["mean_place"]:.1f}',
+            f'{100.0 * one["success"]:.1f}\\,\\%'))
+        lines.append(rf'{one["law"].replace("_", chr(92) + "_")} & {ratio} & {interval} & {place} & {success} \\')
+    return '\n'.join([*lines, r'\hline', r'\end{tabular}', f'% hash {values["hash"]}', ''])
+
+
+def last_summary(values: Values) -> list[Any]:
+    """Return the summary of the largest budget."""
+    largest = max(values['budgets'], default=0)
+    return [row for row in values['summary'] if row['budget'] == largest]
+
+
+def rank_text(row: Values) -> str:
+    """
+    Return the ranks that a law may have, as text; that of a law that was not searched says so.
+
+    Examples
+    --------
+    >>> rank_text({'rank': 1, 'last_rank': 3}), rank_text({'rank': 2, 'last_rank': 2})
+    ('1–3', '2')
+
+    """
+    first, last = row['rank'], row['last_rank']
+    return NOT_SEARCHED if first is None else f'{first}' if first == last else f'{first}–{last}'
+
+
+def number_text(value: float | None) -> str:
+    """Return a number beside that of a publication; a dash where a run has none."""
+    return '–' if value is None else f'{value:.5g}'
+
+
+def worth(values: Values) -> str:
+    """Return what the number of seeds is worth, in a sentence."""
+    seeds = len(values['seeds'])
+    if seeds > 1:
+        return (f'{seeds} seeds, each with scenarios and searches of its own: what is called better holds over seeds '
+                'with 95 %.')
+    return ('One seed: another one draws other scenarios, searches anew and may change the order. No law is called '
+            'better; --seeds 1 2 3 4 5 tells which differences hold.')
+
+
+def summary_lines(values: Values) -> Iterator[str]:
+    """Yield what the command prints: the laws over all tracks, the published numbers, and the hash."""
+    for one in last_summary(values):
+        other = ''.join(f'; {what} on {", ".join(tracks)}' for what, tracks in (
+            ('fails in half of the runs', one['failed']), (NOT_SEARCHED, one['not_searched'])) if tracks)
+        if one['mean_place'] is None:
+            yield f'{one["law"]}{other}'.replace(';', ':', 1)
+            continue
+        low, high = one['ratio_interval']
+        interval = '' if low is None else f' ({low:.2f} to {high:.2f})'
+        ratio = '' if one['ratio'] is None else f'error {one["ratio"]:.2f}{interval} times that of the best law, '
+        yield (f'{one["law"]}: {ratio}mean place {one["mean_place"]:.1f} on {one["tracks"]} tracks, success in '
+               f'{100.0 * one["success"]:.1f} % of the runs{other}')
+    yield worth(values)
+    if values['unfinished']:
+        yield f'{len(values["unfinished"])} cells are not finished; --resume goes on'
+    for name, track in values['tracks'].items():
+        for row in track['published']:
+            both = ', '.join(f'{metric} {number_text(row["ours"][metric])} ({value:.5g} published)'
+                             for metric, value in row['published'].items())
+            yield f'{name}, {row["law"]} with the published gains: {both}'
+    yield f'hash {values["hash"]}'
