@@ -135,8 +135,8 @@ class Benchmark:
             run_side_by_side(self.cells, workers, folder, progress, stopped)
         else:
             with runner(where) as run:
-                one_by_one = run_cells if where.device == 'cpu' else run_together
-                one_by_one(self.cells, run, folder, progress, stopped)
+                in_one_process = run_cells if where.device == 'cpu' else run_together
+                in_one_process(self.cells, run, folder, progress, stopped)
         return self.held(folder)
 
 

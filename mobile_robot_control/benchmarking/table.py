@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mobile_robot_control.benchmarking.cell import JUDGED, NOT_SEARCHED, Cell, judged_runs
+from mobile_robot_control.benchmarking.cell import JUDGED, NOT_SEARCHED, Cell, judged_runs, was_searched
 from mobile_robot_control.benchmarking.engine import Benchmark, Done, published_rows
 from mobile_robot_control.benchmarking.ranking import (
     LEAST_SUCCESS,
@@ -78,7 +78,7 @@ def _runs_of(result: Values, runs: int) -> JudgedRuns | None:
     """Return the judged runs of a result: none of gains that no search found, failures of a law that cannot run."""
     if 'success' in result:
         return judged_runs(result)
-    if result['reason'].startswith(NOT_SEARCHED):
+    if not was_searched(result):
         return None
     return JudgedRuns(np.zeros(runs, bool), {name: np.full(runs, math.inf) for name in JUDGED},
                       np.full(runs, 'law_failed'))

@@ -201,7 +201,7 @@ class Objective:
         trials = [scenario_trial(configuration, scenario._replace(noise=scenario.noise._replace(seed=seed)),
                                  self._goal.laps, 0.0)._replace(form=self._trials[0].form) for seed in range(_SEEDS)]
         # a diverged run has no error to compare
-        return tuple(sorted(math.sqrt(outcome.totals.squared_position / outcome.totals.time)
+        return tuple(sorted(_measure(outcome, RMS, False)
                             if outcome.steps == trial.steps else math.inf
                             for trial, outcome in zip(trials, self._run(trials), strict=True)))
 
