@@ -12,7 +12,6 @@ from mobile_robot_control.benchmarking.cell import AGREE, JUDGED, NOT_SEARCHED, 
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
 from mobile_robot_control.control.tracking_error import distance
-from mobile_robot_control.loop.batch import TrialRunner
 from mobile_robot_control.loop.monte_carlo import judge
 from mobile_robot_control.loop.scenarios import scenario_trial
 from mobile_robot_control.loop.trial import Trial
@@ -22,7 +21,7 @@ from mobile_robot_control.quantities import Observation, TrackingError
 from mobile_robot_control.runs.rollout import trial_rollout
 from mobile_robot_control.search import space
 from mobile_robot_control.search.journal import Journal
-from mobile_robot_control.search.objective import Goal, Objective, default_smooth
+from mobile_robot_control.search.objective import Goal, Objective, RunTrials, default_smooth
 from mobile_robot_control.search.search import Found, Generation, SearchSettings, no_result, run_search
 from mobile_robot_control.search.space import Gains, search_genes
 from mobile_robot_control.settings.nodes import Configuration, course_of
@@ -49,7 +48,7 @@ class Work(NamedTuple):
         Called before each generation; the cell ends if it returns True.
     """
 
-    run: TrialRunner
+    run: RunTrials
     file: Path
     progress: Callable[[int], object]
     stopped: Callable[[], bool]

@@ -14,10 +14,11 @@ from typing import Any
 
 from mobile_robot_control.benchmarking.cell import Cell, write_result
 from mobile_robot_control.benchmarking.run_cell import Work, run_cell
-from mobile_robot_control.loop.batch import Pool, TrialRunner, end_with_parent
+from mobile_robot_control.loop.batch import Pool, end_with_parent
 from mobile_robot_control.loop.ticks import Form, form_of
 from mobile_robot_control.loop.trial import Outcome, Trial
 from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.search.objective import RunTrials
 from mobile_robot_control.system.process import LATE
 
 _POLL_PERIOD = 0.1
@@ -25,7 +26,7 @@ _POLL_PERIOD = 0.1
 
 
 def run_cells(
-    cells: Sequence[Cell], run: TrialRunner, folder: Path, progress: Callable[[int], object],
+    cells: Sequence[Cell], run: RunTrials, folder: Path, progress: Callable[[int], object],
     stopped: Callable[[], bool],
 ) -> None:
     """
@@ -66,7 +67,7 @@ def run_cells(
         progress(cell.rollouts - counted)
 
 
-class Gathered:
+class _Gathered:
     """
     Trials of several threads, run at once by a GPU when each thread has asked, or has ended.
 
@@ -75,8 +76,6 @@ class Gathered:
     threads : int
         Their number.
     """
-
-    threads = 1
 
     def __init__(self, threads: int) -> None:
         self._working, self._asked, self._changed = threads, list[tuple[Sequence[Trial], Future[Any]]](), Condition()
@@ -112,6 +111,27 @@ class Gathered:
         return self._working > 0
 
 
+def in_threads(
+    items: Sequence[Any], work: Callable[[Any, RunTrials], None],
+    together: Callable[[Sequence[Sequence[Trial]]], list[list[Outcome]]],
+) -> None:
+    """Work on items, each in a thread with a runner of trials; those of all threads are run together."""
+    gathered = _Gathered(len(items))
+
+    def one(item: Any) -> None:
+        try:
+            work(item, gathered)
+        finally:
+            gathered.leave()
+
+    with ThreadPoolExecutor(len(items)) as executor:
+        futures = [executor.submit(one, item) for item in items]
+        while gathered.answer(together):
+            pass
+    for future in futures:
+        future.result()
+
+
 def run_together(
     cells: Sequence[Cell], run: Any, folder: Path, progress: Callable[[int], object],
     stopped: Callable[[], bool],
@@ -123,22 +143,11 @@ def run_together(
         with lock:
             progress(rollouts)
 
+    def work(cell: Cell, gathered: RunTrials) -> None:
+        run_cells([cell], gathered, folder, counted, stopped)
+
     for law in dict.fromkeys(cell.law for cell in cells):
-        part = [cell for cell in cells if cell.law == law]
-        gathered = Gathered(len(part))
-
-        def work(cell: Cell, gathered: Any = gathered) -> None:
-            try:
-                run_cells([cell], gathered, folder, counted, stopped)
-            finally:
-                gathered.leave()
-
-        with ThreadPoolExecutor(len(part)) as executor:
-            futures = [executor.submit(work, cell) for cell in part]
-            while gathered.answer(run.together):
-                pass
-        for future in futures:
-            future.result()
+        in_threads([cell for cell in cells if cell.law == law], work, run.together)
 
 
 def run_side_by_side(

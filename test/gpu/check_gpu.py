@@ -10,12 +10,12 @@ import multiprocessing
 import sys
 import tempfile
 import time
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
-from mobile_robot_control.benchmarking.side_by_side import Gathered
+from mobile_robot_control.benchmarking.side_by_side import in_threads
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.cuda import Cuda
@@ -61,30 +61,16 @@ def _searches(count=8, generations=20):
     search = Search(SearchRequest(ParameterSources(), 'backstepping', 1))
     gpu, rollouts = Cuda(), count * generations * search.settings.population
 
-    def one(run, seed):
+    def one(seed, run):
         objective = Objective(search.parameters, search.goal, run)
         run_search(search.settings._replace(seed=seed, generations=generations), objective)
 
-    def member(run, seed):
-        try:
-            one(run, seed)
-        finally:
-            run.leave()
-
-    def together(seeds):
-        gathered = Gathered(len(seeds))
-        with ThreadPoolExecutor(len(seeds)) as executor:
-            futures = [executor.submit(member, gathered, seed) for seed in seeds]
-            while gathered.answer(gpu.together):
-                pass
-        for future in futures:
-            future.result()
-
     cpu, seeds = batch.Pool(), range(count)
-    for what, took in ((f'{count} searches together on the GPU', _seconds(lambda: together(seeds))),
+    for what, took in ((f'{count} searches together on the GPU', _seconds(
+                           lambda: in_threads(seeds, one, gpu.together))),
                        (f'one after another on {batch.cores()} threads', _seconds(
-                           lambda: [one(cpu, seed) for seed in seeds])),
-                       ('one alone on the GPU', count * _seconds(lambda: together(seeds[:1])))):
+                           lambda: [one(seed, cpu) for seed in seeds])),
+                       ('one alone on the GPU', count * _seconds(lambda: in_threads(seeds[:1], one, gpu.together)))):
         print(f'{what}: {rollouts / took:,.0f} rollouts a second', flush=True)
 
 
