@@ -317,7 +317,7 @@ def summary_lines(values: Values) -> Iterator[str]:
     """Yield what the command prints: the laws over all tracks, the published numbers, and the hash."""
     for one in last_summary(values):
         other = ''.join(f'; {what} on {", ".join(tracks)}' for what, tracks in (
-            ('fails in half of the runs', one['failed']), (NOT_SEARCHED, one['not_searched'])) if tracks)
+            ('fails in most runs', one['failed']), (NOT_SEARCHED, one['not_searched'])) if tracks)
         if one['mean_place'] is None:
             yield f'{one["law"]}{other}'.replace(';', ':', 1)
             continue

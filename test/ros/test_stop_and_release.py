@@ -194,6 +194,8 @@ def test_a_robot_sets_out_to_no_far_cart_by_approach_or_law_until_it_is_near_or_
     place[:] = [1.0, 3.0]
     robot.spin_until(lambda: 'and limits.tracking_error is 1 m' in seen.condition('position_controller')[1])
     place[:] = [1.0, -8.0]
+    # after a release the jump would stop the robot
+    robot.spin_until(lambda: 'jumped by 11.00 m' in robot.log())
     assert robot.set('position_controller', limits__tracking_error=0.0)[0].successful
     robot.trigger('position_controller/release')
     robot.spin_until(stands)
