@@ -14,7 +14,8 @@ FILES = sorted(path for path in PACKAGE.rglob('*.py') if path != PACKAGE / '__in
 # a node is a folder, or a module beside the folders; the package's own __init__ is its face and imports nothing itself
 MAY_IMPORT_ROS = {'ros', 'messages', 'experiment', 'dashboard'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
-WITH_ARRAYS = {'experiment/excitation.py', 'loop/batch.py', 'loop/cuda.py', 'loop/drawn.py', 'loop/monte_carlo.py', *(
+WITH_ARRAYS = {'experiment/excitation.py', *(
+    f'loop/{name}.py' for name in ('batch', 'cuda', 'cuda_kernels', 'drawn', 'monte_carlo')), *(
     f'reference/{name}.py' for name in (
         'joining', 'motion', 'path_fit', 'path_shape', 'planned_path', 'stopping', 'timing'))}
 MAY_IMPORT_HEAVY = {'analysis', 'benchmarking', 'figures', 'identification', 'pages', 'planning', 'report', 'runs',
@@ -74,7 +75,7 @@ def test_nodes_stand_above_their_parts_and_formulas_below_all_that_uses_them(imp
 def test_ros_and_heavy_libraries_are_imported_where_they_belong(imported):
     wrong = []
     for path in FILES:
-        folder, compiles = _folder(path), path.name in ('batch.py', 'compile_cache.py', 'cuda.py')
+        folder, compiles = _folder(path), path.name in ('batch.py', 'compile_cache.py', 'cuda_kernels.py')
         has_arrays = path.relative_to(PACKAGE).as_posix() in WITH_ARRAYS
         for name in imported[path]:
             first = name.partition('.')[0]

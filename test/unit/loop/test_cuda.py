@@ -15,6 +15,10 @@ pytest.importorskip('numba')
 
 # the simulator is chosen before numba is imported; it runs Python, and so shows rows and launches, not code
 KERNELS = """
+from contextlib import suppress
+
+import numpy as np
+
 from mobile_robot_control.control.compensation import Lead
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop import batch
@@ -23,6 +27,7 @@ from mobile_robot_control.loop.drawn import Drawing, run_draws
 from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.trial import LoopGains, VariedTrials, make_trial
 from mobile_robot_control.model.noise import Noise
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.settings.configure import ParameterSources
 
 gpu = Cuda()
@@ -42,6 +47,22 @@ for law in LAWS:
         for _, runs in drawing.runs(draw_scenarios(noisy, 3, 1)):
             assert gpu.each(run_draws, [runs], law)[0].tobytes() == run_draws(runs, False).tobytes(), (law, robot)
 print('equal')
+
+launched = Cuda._launched
+
+
+def with_other_bits(*given):
+    made = launched(*given)()
+    made[:, -1] = np.nextafter(made[:, -1], 1e9)
+    return lambda: made
+
+
+Cuda._launched = with_other_bits
+for run in (lambda: gpu([one]), lambda: gpu.each(run_draws, [runs], law)):
+    gpu = Cuda()
+    with suppress(ParameterError):
+        run()
+        print('not refused')
 """
 
 
@@ -75,7 +96,7 @@ def test_without_numba_there_is_no_device(monkeypatch):
     ('fma.rn.f64 %fd1, %fd2, %fd3, %fd4;', 'fma.rn.f64'), ('@%p2 ex2.approx.ftz.f32 %f1, %f2;', 'ex2.approx.ftz.f32'),
 ])
 def test_an_instruction_with_other_bits_than_the_cpu_is_found(line, found):
-    from mobile_robot_control.loop.cuda import differs
+    from mobile_robot_control.loop.cuda_kernels import differs
 
     assert differs(f'.entry a()\n{{\n    {line}\n}}') == found
 
@@ -88,7 +109,7 @@ def test_the_kernel_of_the_default_form_compiles_without_contraction(monkeypatch
     from numba.cuda import codegen, dispatcher
 
     from mobile_robot_control.control.laws import LAWS
-    from mobile_robot_control.loop import cuda
+    from mobile_robot_control.loop import cuda_kernels
     from mobile_robot_control.loop.trial import make_trial, prepared_loop
     from mobile_robot_control.settings.nodes import Configuration
     from mobile_robot_control.trees import shape_of
@@ -98,12 +119,12 @@ def test_the_kernel_of_the_default_form_compiles_without_contraction(monkeypatch
     monkeypatch.setattr(codegen.CUDACodeLibrary, '_ensure_cc', lambda _, asked: asked or (9, 0))
     one = make_trial(Configuration(), 1.0)
     # what the linker optimises is contracted
-    assert cuda._jitted(lambda rows: None).targetoptions['lto'] is False
-    kernel = cuda.make_trial_kernel(LAWS[one.law].step, one.form, shape_of((one.state, prepared_loop(one))))
+    assert cuda_kernels._jitted(lambda rows: None).targetoptions['lto'] is False
+    kernel = cuda_kernels.make_trial_kernel(LAWS[one.law].step, one.form, shape_of((one.state, prepared_loop(one))))
     rows, column, whole, number = types.float64[:, ::1], types.float64[::1], types.int64, types.float64
-    with cuda.uncontracted():
+    with cuda_kernels.uncontracted():
         made = dispatcher._Kernel(kernel, (rows, rows, *[column] * 4, whole, number, number, whole, whole, whole, rows),
                                   lto=False, launch_bounds=128)
         assembly = made.inspect_asm((9, 0))
     assert assembly.count('.rn.f64') > 1000
-    assert cuda.differs(assembly) == ''
+    assert cuda_kernels.differs(assembly) == ''
