@@ -91,7 +91,7 @@ OTHER_TOPICS = {
 }
 """Other topics of the four nodes, each with its publishers."""
 OTHER_INPUTS = {DISTURBANCE: ('plant',), PATH_TOPIC: ('reference_cart',), GOAL: ('reference_cart',),
-                CORRECTION: ('reference_cart', 'position_controller')}
+                CORRECTION: ('reference_cart', 'position_controller'), STOPPED: ('reference_cart',)}
 """Optional inputs from a node of the user's, each with the nodes that read it."""
 SHARED_TOPICS = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
 """The topics that all namespaces share; every recorder records them."""

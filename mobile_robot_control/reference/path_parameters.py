@@ -43,6 +43,10 @@ class PathParameters(NamedTuple):
                choices=(REFUSE, TURN, REVERSE), live=True)
     ] = REFUSE
     goal_heading: Annotated[bool, Field('', 'the robot turns on the spot to the heading of the last waypoint')] = False
+    planning_time: Annotated[
+        float, Field('s', 'wall clock: time after which a plan that is not finished is dropped, and the cart stops: '
+                     'larger plans longer paths', above=0.0, live=True)
+    ] = 10.0
     timeout: Annotated[
         float, Field('s', 'time after which the cart stops on a path of the topic `path` if no other one comes: larger '
                           'waits longer for the planner; 0 means none', minimum=0.0)

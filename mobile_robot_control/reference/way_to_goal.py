@@ -13,7 +13,7 @@ from mobile_robot_control.reference.localisation import composed
 from mobile_robot_control.reference.motion import Motion, Part, Rest, turn
 from mobile_robot_control.reference.path_parameters import PathRequest
 from mobile_robot_control.reference.stopping import moves, stop
-from mobile_robot_control.reference.waypoints import checked_waypoints
+from mobile_robot_control.reference.waypoints import LONGEST, checked_waypoints
 
 _SPACING = 0.05
 """[m] from a point of the arcs to the next one."""
@@ -98,6 +98,9 @@ def drive_to(
         If no motion keeps the limits.
 
     """
+    way = dist(composed(correction, before.pose)[:2], goal[:2])
+    if way > LONGEST:
+        raise ParameterError([f'the goal lies {way:.0f} m away, and more than {LONGEST:g} m are too far'])
     parts: list[Part] = []
     if rest is not None and moves(before):
         try:

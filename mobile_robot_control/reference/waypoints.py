@@ -5,6 +5,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,8 +21,8 @@ from mobile_robot_control.system.texts import shortened
 WAYPOINTS = FileKind('file of waypoints', 1 << 24)
 YAML_SUFFIXES = ('.yaml', '.yml')
 """Suffixes of YAML files; all others are tables."""
-MOST = 100_000
-"""Most waypoints of a path."""
+MOST, LONGEST = 100_000, 10_000.0
+"""Most waypoints of a path, and its longest way through them [m]."""
 SAME = 1e-6
 """[m]: nearer waypoints count as equal."""
 _TURN = 0.1
@@ -330,6 +331,10 @@ def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any
     if len(points) > MOST:
         raise ParameterError([f'{source}: has {len(points)} waypoints, and more than {MOST} are too many; leave some '
                               'out'])
+    length = math.fsum(hypot(x - before_x, y - before_y) for (before_x, before_y), (x, y) in pairwise(points))
+    if length > LONGEST:
+        raise ParameterError([f'{source}: is {length:.0f} m long, and more than {LONGEST:g} m are too long; drive '
+                              'it in parts, or are its coordinates no metres?'])
     if violations:
         raise ParameterError(first + (f' (and {len(others)} more of this kind)' if others else '')
                              for first, *others in list(violations.values())[:10])

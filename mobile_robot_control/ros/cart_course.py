@@ -24,6 +24,7 @@ from mobile_robot_control.settings.nodes import (
 from mobile_robot_control.topics import PATH_TOPIC
 
 if TYPE_CHECKING:
+    from mobile_robot_control.reference.motion import Motion
     from mobile_robot_control.ros.path_planning import PathAnswer, PathQuestion
 
 _PATH_POINTS = 400
@@ -39,6 +40,13 @@ class CartCourse:
         Checked.
     period : int
         Of the position loop [ns].
+
+    Attributes
+    ----------
+    correction : Pose or None
+        Of the frame of odometry in that of the path; None before the first.
+    leads_on : bool
+        Whether the cart follows what it was asked to, or has; False from a stop on.
 
     """
 
@@ -56,7 +64,7 @@ class CartCourse:
         self.correction = correction if awaits_corrections(cart) else SAME
         self._route: PathRequest | None = None
         self._begin_at(Standing(pose), 0)
-        self._leads_on = not awaits_path(cart)
+        self.leads_on = not awaits_path(cart)
         if self.correction is not None:
             self.place(self.correction, 0)
 
@@ -103,16 +111,48 @@ class CartCourse:
         self, message: bytes, time: int, correction: Pose | None = None, topic: str = PATH_TOPIC
     ) -> 'PathQuestion':
         """Make the planning question for a message of a topic, or a correction, at a time along the course [ns]."""
-        from mobile_robot_control.reference.motion import Motion  # noqa: PLC0415 (needs NumPy)
         from mobile_robot_control.ros.path_planning import PathQuestion  # noqa: PLC0415 (needs NumPy)
 
         since, request = (time - self._begins) / NANOSECONDS, path_request(self._cart, NO_WAYPOINTS)
+        motion, place = self._motion(since)
         if not message and self._route is not None:
             request = request._replace(waypoints=self._route.waypoints, path=self._route.path)
         return PathQuestion(
             message, self._cart.shared.path_frame_id, request, correction or self.correction or SAME,
-            self._course.reference(since), self._course if isinstance(self._course, Motion) else None, since,
-            self._cart.timing != self._timing, topic)
+            self._course.reference(since), motion, place,
+            # a cart that slows down stands soon where its path leads on
+            self._cart.timing != self._timing or motion is not self._course, topic)
+
+    def _motion(self, since: float) -> 'tuple[Motion | None, float]':
+        """Return the planned motion at a time since the start of the course, and the time along it [s]."""
+        from mobile_robot_control.reference.motion import Motion  # noqa: PLC0415 (needs NumPy)
+        from mobile_robot_control.reference.slowing import Slowed  # noqa: PLC0415 (needs NumPy)
+
+        course = self._course
+        if isinstance(course, Slowed) and since < course.period:
+            return course.motion, course.place(since)
+        return course if isinstance(course, Motion) else None, since
+
+    def slow_down(self, time: int, rate: float) -> None:
+        """Stop along the present motion, whose time runs at a rate, from a time along the course [ns] on."""
+        from mobile_robot_control.reference.slowing import Slowed  # noqa: PLC0415 (needs NumPy)
+
+        self._route, self.leads_on = None, False
+        motion, place = self._motion((time - self._begins) / NANOSECONDS)
+        if motion is None:
+            self.stand(self.reference(time / NANOSECONDS).pose, time)
+        elif motion is self._course:
+            self._begin_at(Slowed(motion, place, path_request(self._cart, NO_WAYPOINTS), rate), time)
+
+    def slows(self, time: int) -> bool:
+        """Return whether the cart slows down to a stop at a time along the course [ns]."""
+        motion, _ = self._motion((time - self._begins) / NANOSECONDS)
+        return motion is not None and motion is not self._course
+
+    def stand(self, pose: Pose, time: int) -> None:
+        """End the course at a pose, at a time along it [ns]."""
+        self._route, self.leads_on = None, False
+        self._begin_at(Standing(pose), time)
 
     def check_takes_paths(self) -> None:
         """Raise RefusedMessageError if the cart drives a curve, or does not know where the path lies."""
@@ -135,7 +175,7 @@ class CartCourse:
         if answer.goes_on:
             return
         if answer.correction is None:
-            self._leads_on = bool(answer.points)
+            self.leads_on = bool(answer.points)
         else:
             self.correction = answer.correction
         self._begin_at(answer.planned or Standing(self.reference(begins / NANOSECONDS).pose), begins)
@@ -149,18 +189,17 @@ class CartCourse:
         if not self.has_ended(time):
             return 'running'
         end = self._course.reference(self._course.period).pose
-        if not self._leads_on:
+        if not self.leads_on:
             return 'standing'
         near = hypot(robot.x - end.x, robot.y - end.y) <= self._cart.goal.position_tolerance
         return 'arrived' if near else 'running'
 
     def left(self, time: int) -> tuple[Pose | None, float]:
         """Return the end of the path, None before it is reached, and the way to it [m] at a time [ns]."""
-        from mobile_robot_control.reference.motion import Motion  # noqa: PLC0415 (needs NumPy)
-
-        if self.has_ended(time) or not isinstance(self._course, Motion):
+        if self.has_ended(time):
             return self._course.reference(self._course.period).pose, 0.0
-        return None, self._course.left((time - self._begins) / NANOSECONDS)
+        motion, place = self._motion((time - self._begins) / NANOSECONDS)
+        return None, motion.left(place) if motion else 0.0
 
     def reference(self, time: float) -> Reference:
         """Return the reference at a time along the course [s]."""

@@ -46,6 +46,9 @@ class CartTime(Protocol):
     def note(self, pose: Pose) -> None:
         """Receive the robot's pose."""
 
+    def take_rate(self) -> float:
+        """Return the rate of the time along the course, which is 1 from now on: the course slows down itself."""
+
     def begin_anew(self) -> None:
         """Start again at the start of another curve."""
 
@@ -86,6 +89,10 @@ class LockstepTime:
 
     def note(self, pose: Pose) -> None:
         """Leave the time as it is."""
+
+    def take_rate(self) -> float:
+        """Return 1."""
+        return 1.0
 
     def begin_anew(self) -> None:
         """Leave the time as it is."""
@@ -130,6 +137,10 @@ class WallClockTime:
         """Start with the first odometry."""
         if self._began is None:
             self._began = self._clock()
+
+    def take_rate(self) -> float:
+        """Return 1."""
+        return 1.0
 
     def begin_anew(self) -> None:
         """Leave the time as it is: the cart stands at its start."""
@@ -185,6 +196,13 @@ class CartWait:
     def now(self) -> float:
         """Return the time along the curve [s]."""
         return 0.0 if self._cart is None else self._cart.time
+
+    def take_rate(self) -> float:
+        """Return the rate of a cart that waits, or continues after it; from now on it is 1."""
+        if self._cart is None:
+            return 0.0
+        rate, self._cart = self._cart.rate, self._cart._replace(rate=1.0)
+        return rate
 
     def begin_anew(self) -> None:
         """Place the cart at the start of another curve, where it waits for the robot."""

@@ -68,14 +68,18 @@ class FollowPath:
     kind : type
         Of the action.
     lead : callable
-        Takes a serialised path, which the cart answers.
+        Takes a serialised path, which the cart answers; returns why it is refused, '' if it is not.
+    drop : callable
+        Drops the messages of a topic, or of all without one, that do not act yet.
     stop : callable
         Stops the cart on its path.
 
     """
 
-    def __init__(self, node: Node, kind: Any, lead: Callable[[bytes], str], stop: Callable[[], None]) -> None:
-        self._kind, self._lead, self._stop = kind, lead, stop
+    def __init__(
+        self, node: Node, kind: Any, lead: Callable[[bytes], str], drop: Callable[..., None], stop: Callable[[], None]
+    ) -> None:
+        self._kind, self._lead, self._drop, self._stop = kind, lead, drop, stop
         self._goal: _Goal | None = None
         self._node = node
         self._server: Any = ActionServer(
@@ -85,9 +89,12 @@ class FollowPath:
     async def _execute(self, handle: Any) -> Any:
         self._end('UNKNOWN', 'another goal has taken its place')
         goal = self._goal = _Goal(handle, Future())
-        refusal = self._lead(serialize_message(handle.request.path))
+        self._drop()
+        refusal = (self._lead(serialize_message(handle.request.path)) if handle.request.path.poses else
+                   'the path has no poses: the cart stops')
         if refusal:
             self._end('INVALID_PATH', refusal)
+            self._stop()
         return await goal.future
 
     def _end(self, code: str, why: str) -> None:
@@ -95,6 +102,7 @@ class FollowPath:
         goal, self._goal = self._goal, None
         if goal is None:
             return
+        self._drop(FOLLOW)
         result = self._kind.Result()
         if code == 'NONE':
             goal.handle.succeed()
@@ -120,26 +128,33 @@ class FollowPath:
         if goal is None or answer.correction is not None or goal.is_stopping:
             return
         if answer.topic == FOLLOW:
+            if not (answer.points or answer.refusal):
+                return  # the stop of an earlier goal
             if answer.refusal:
                 self._end('INVALID_PATH', ': '.join(answer.refusal))
+                if answer.goes_on:
+                    self._stop()
             goal.is_driven = True
-        elif not answer.refusal and not answer.goes_on:
+        elif answer.stops or not (answer.refusal or (answer.goes_on and goal.is_driven)):
             self._end('UNKNOWN', f'a message on {answer.topic} has taken its place')
 
     def step(self, time: float, look: Callable[[], View], limits: GoalParameters) -> None:
         """Look after the goal at a time [s], in lockstep at ticks; on the wall clock also while no odometry comes."""
         goal = self._goal
-        if goal is None or time - goal.looked < LOOK:
+        if goal is None:
             return
-        goal.looked, view = time, look()
-        if goal.handle.is_cancel_requested and not goal.is_stopping:
-            goal.is_stopping = True
-            self._stop()
-        stands = view.end is not None and not any(view.cart.velocity)
         if goal.is_stopping:
-            if stands:
+            view = look()
+            if view.end is not None and not any(view.cart.velocity):
                 self._end('CANCELED', 'canceled')
             return
+        if goal.handle.is_cancel_requested:
+            goal.is_stopping = True
+            self._stop()
+            return
+        if time - goal.looked < LOOK:
+            return
+        goal.looked, view = time, look()
         if goal.is_driven:
             goal.handle.publish_feedback(self._feedback(view))
             if view.end is not None and is_reached(view.robot, view.end, limits):

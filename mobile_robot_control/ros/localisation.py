@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import Link, RefusedMessageError, read_or_refuse, read_transforms
-from mobile_robot_control.quantities import Pose
+from mobile_robot_control.quantities import NANOSECONDS, Pose
 from mobile_robot_control.reference.localisation import SAME, Corrections, composed
 from mobile_robot_control.ros.inputs import InputValidator
 from mobile_robot_control.ros.qos import SUBSCRIBED, message_class
@@ -24,6 +24,8 @@ _STATIC = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durabili
 _TF_KIND, _KIND = 'tf2_msgs/msg/TFMessage', 'geometry_msgs/msg/TransformStamped'
 _NO_TYPE = ('the Python module tf2_msgs is missing, and /tf is not read: install it (apt install '
             f'ros-$ROS_DISTRO-tf2-msgs), or publish the correction on {CORRECTION}')
+_AHEAD = 10.0
+"""[s] ahead of the node's clock: a transform with a later stamp would keep all others out."""
 _MOST = 1000
 """Most corrections that wait for their ticks."""
 
@@ -124,6 +126,7 @@ class LocalisationInput:
         self, node: Node, shared: Shared, validator: InputValidator, take: Callable[[int, Pose], None]
     ) -> None:
         self._shared, self._validator, self._take = shared, validator, take
+        self._clock, self._now = node.get_clock(), 0
         self.heard = float('-inf')
         self.problem = ''
         self._frames = Frames(shared.path_frame_id, shared.odom_frame_id)
@@ -153,10 +156,28 @@ class LocalisationInput:
         kind = _KIND if topic == CORRECTION else _TF_KIND
         try:
             links = read_or_refuse(kind, (partial(deserialise, kind), _listed, read_transforms), message)
+            if not self._shared.lockstep:
+                links = self._timely(topic, links)
             if self._frames.take(links, topic == '/tf_static'):
                 self._tell()
         except RefusedMessageError as refusal:
             self._validator.note_refusal(topic, refusal)
+
+    def _timely(self, topic: str, links: list[Link]) -> list[Link]:
+        """Return the transforms that are not far ahead of the node's clock; forget all after a jump back of that."""
+        before, self._now = self._now, self._clock.now().nanoseconds
+        if self._now < before:
+            self._frames.forget()
+        if topic == '/tf_static' or self._now == 0:  # no message on /clock yet
+            return links
+        latest = self._now + round(_AHEAD * NANOSECONDS)
+        for link in links:
+            if link.stamp > latest:
+                ahead = (link.stamp - self._now) / NANOSECONDS
+                self._validator.note_refusal(topic, RefusedMessageError(
+                    'stamp far ahead', f'{link.parent} -> {link.child} is {ahead:.1f} s ahead of the clock of this '
+                    f'node, and {_AHEAD:g} s are the most; do both use the same clock?'))
+        return [link for link in links if link.stamp <= latest]
 
     def missing(self, timeout: float) -> str:
         """Return why there is no present correction, in words; '' if there is one."""

@@ -10,7 +10,7 @@ from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Pose, Reference
 from mobile_robot_control.reference.joining import join
 from mobile_robot_control.reference.led_course import led_over, waypoints_in_odometry
-from mobile_robot_control.reference.motion import Motion
+from mobile_robot_control.reference.motion import Motion, Rest
 from mobile_robot_control.reference.path_parameters import PathRequest
 from mobile_robot_control.reference.stopping import moves, stop
 from mobile_robot_control.reference.way_to_goal import drive_to
@@ -79,6 +79,8 @@ class PathAnswer(NamedTuple):
         A reason and its detail; () without a refusal.
     goes_on : bool
         Whether the cart continues its present motion.
+    stops : bool
+        Whether the cart stops along its present motion, which needs no plan on the wall clock.
     seconds : float
         CPU time of the planning [s].
 
@@ -88,6 +90,7 @@ class PathAnswer(NamedTuple):
     points: list[tuple[float, ...]]
     refusal: tuple[str, ...] = ()
     goes_on: bool = False
+    stops: bool = False
     seconds: float = 0.0
     route: PathRequest | None = None
     correction: Pose | None = None
@@ -95,7 +98,13 @@ class PathAnswer(NamedTuple):
 
 
 def answer(question: PathQuestion) -> PathAnswer:
-    """Plan the cart's next motion from a message."""
+    """Plan the cart's next motion from a message, a stop, too."""
+    answered = planned(question)
+    return _stopped(question, answered) if answered.stops else answered
+
+
+def planned(question: PathQuestion) -> PathAnswer:
+    """Plan the cart's next motion from a message, but for a stop."""
     begun = time.process_time()
     answering = _corrected if not question.message else _driven if question.topic == GOAL else _answered
     answered = answering(question)
@@ -116,14 +125,12 @@ def _corrected(question: PathQuestion) -> PathAnswer:
 
 def _driven(question: PathQuestion) -> PathAnswer:
     """Drive to a goal; the cart goes on where that keeps no limits."""
-    course = question.course
-    rest = course.rest(question.time) if course and question.time < course.period else None
     try:
         goal = read_or_refuse(
             GOAL_KIND, (partial(deserialise, GOAL_KIND), partial(read_goal, frame=question.frame)), question.message)
         # rounded, as the headings of a path
         goal = goal._replace(heading=round(goal.heading, 9))
-        planned, route = drive_to(goal, question.request, question.at, rest, question.correction, GOAL)
+        planned, route = drive_to(goal, question.request, question.at, _rest(question), question.correction, GOAL)
     except RefusedMessageError as error:
         return PathAnswer(None, [], (error.reason, error.detail), goes_on=True)
     except ParameterError as error:
@@ -137,25 +144,41 @@ def _answered(question: PathQuestion) -> PathAnswer:
             PATH_KIND, (partial(deserialise, PATH_KIND), partial(read_path, frame=question.frame)), question.message)
     except RefusedMessageError as error:
         return PathAnswer(None, [], (error.reason, error.detail), goes_on=True)
-    course, request = question.course, question.request
+    request = question.request
     # rounded, so that the heading of a message that is written again is the same to the last bit
     points = [(pose.x, pose.y, round(pose.heading, 9)) if request.path.uses_headings else pose[:2] for pose in poses]
-    rest = course.rest(question.time) if course and question.time < course.period else None
     refusal: tuple[str, ...] = ()
     if points:
         try:
             rows = [(f'pose {n}', dict(zip(('x', 'y', 'heading'), one, strict=False))) for n, one in enumerate(points)]
             waypoints = checked_waypoints(rows, PATH_TOPIC)
             route = request._replace(waypoints=waypoints_in_odometry(waypoints, question.correction))
-            planned = join(route, question.at, rest, question.anew)
+            planned = join(route, question.at, _rest(question), question.anew)
             return PathAnswer(planned, points, goes_on=planned is None, route=request._replace(waypoints=waypoints))
         except ParameterError as error:
             refusal = 'cannot be driven', '; '.join(error.violations)
+    return PathAnswer(None, [], refusal, stops=True)
+
+
+def stopping(refusal: tuple[str, ...]) -> tuple[str, ...]:
+    """Say in a refusal, if there is one, that the cart stops."""
+    return (refusal[0], f'the cart stops: {refusal[1]}') if refusal else ()
+
+
+def _stopped(question: PathQuestion, refused: PathAnswer) -> PathAnswer:
+    """Plan the stop: not on the rest of the present path, which the planner has given up."""
+    rest, answered = _rest(question), refused._replace(stops=False)
     if rest is None or not moves(question.at):
-        return PathAnswer(None, [], refusal, goes_on=bool(refusal))
+        return answered._replace(goes_on=bool(refused.refusal))
     try:
-        # not the rest of the present path, which the planner has given up
-        stopped = stop(rest, request, question.at)
+        return answered._replace(
+            planned=stop(rest, question.request, question.at), refusal=stopping(refused.refusal))
     except ParameterError as error:
-        return PathAnswer(None, [], ('cannot be driven', '; '.join([*refusal[1:], *error.violations])), goes_on=True)
-    return PathAnswer(stopped, [], (refusal[0], f'the cart stops: {refusal[1]}') if refusal else ())
+        return answered._replace(
+            refusal=('cannot be driven', '; '.join([*refused.refusal[1:], *error.violations])), goes_on=True)
+
+
+def _rest(question: PathQuestion) -> Rest | None:
+    """Return the present motion from the question's time on; None if the cart stands at its end."""
+    course = question.course
+    return course.rest(question.time) if course and question.time < course.period else None

@@ -1,16 +1,26 @@
 """A process that plans paths for a node on the wall clock, which continues its steps meanwhile."""
 
+import os
 import pickle
+import resource
 import subprocess
 import sys
 import time
 from concurrent.futures import Future, ThreadPoolExecutor
+from threading import Event
 
-from mobile_robot_control.ros.path_planning import PathAnswer, PathQuestion, answer
+from mobile_robot_control.ros.path_planning import PathAnswer, PathQuestion, planned
 from mobile_robot_control.system.supervisor import is_suspended
 
 _PATIENCE = 3.0
 """[s] for which a suspended process may keep a question."""
+_MEMORY = 1 << 30
+"""[bytes] of the process."""
+
+
+def not_planned(topic: str, why: str) -> PathAnswer:
+    """Return the answer to a message of a topic that has no plan: the cart stops."""
+    return PathAnswer(None, [], ('not planned', why), stops=True, topic=topic)
 
 
 class PlanningProcess:
@@ -19,27 +29,37 @@ class PlanningProcess:
     def __init__(self) -> None:
         self._thread = ThreadPoolExecutor(1)
         self._closed = False
+        self._dropped = Event()
         self._ran = time.monotonic()
         self._start()
 
     def _start(self) -> None:
-        # its own session: Ctrl-C is for the node
-        self._process = subprocess.Popen([sys.executable, '-m', __name__], stdin=subprocess.PIPE,  # noqa: S603 (ours)
-                                         stdout=subprocess.PIPE, start_new_session=True)
+        # its own session: Ctrl-C is for the node; one thread: each would take its share of the memory
+        self._process = subprocess.Popen(  # noqa: S603 (ours)
+            [sys.executable, '-m', __name__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True,
+            env={**os.environ, 'OPENBLAS_NUM_THREADS': '1'})
 
     def ask(self, question: PathQuestion) -> 'Future[PathAnswer]':
         """Begin to plan."""
         self._ran = time.monotonic()
-        return self._thread.submit(self._exchange, question)
+        self._dropped = Event()
+        return self._thread.submit(self._exchange, question, self._dropped)
 
-    def _exchange(self, question: PathQuestion) -> PathAnswer:
-        """Return the answer of the process; restart a killed process once."""
+    def drop(self) -> None:
+        """Drop the question: its process is killed, and another one answers the next question."""
+        self._dropped.set()
+        self._process.kill()
+
+    def _exchange(self, question: PathQuestion, dropped: Event) -> PathAnswer:
+        """Return the answer of the process; restart a killed process, and ask it once more."""
         for again in (False, True):
             if self._closed:
                 break
             if again:
                 self._process.wait()
                 self._start()
+                if dropped.is_set():
+                    return not_planned(question.topic, 'the question was dropped')
             assert self._process.stdin is not None  # noqa: S101 (for mypy: pipes)
             assert self._process.stdout is not None  # noqa: S101
             try:
@@ -49,7 +69,7 @@ class PlanningProcess:
                 return found
             except (OSError, EOFError, pickle.UnpicklingError):
                 continue
-        return PathAnswer(None, [], ('not planned', 'the process that plans has ended twice; is there enough memory?'))
+        return not_planned(question.topic, 'the process that plans has ended twice; is there enough memory?')
 
     def kill_suspended(self) -> bool:
         """Kill a process that has been suspended for some seconds: another one answers its question; return whether."""
@@ -72,12 +92,18 @@ class PlanningProcess:
 
 def _serve() -> None:
     """Answer questions on the standard input until it closes."""
+    resource.setrlimit(resource.RLIMIT_DATA, (_MEMORY, _MEMORY))
     while True:
         try:
             question = pickle.load(sys.stdin.buffer)  # noqa: S301 (of the node that has started this process)
         except EOFError:
             return
-        pickle.dump(answer(question), sys.stdout.buffer)
+        try:
+            answer = planned(question)
+        except MemoryError:
+            answer = not_planned(
+                question.topic, f'its plan needs more than {_MEMORY >> 30} GB; publish fewer or nearer poses')
+        pickle.dump(answer, sys.stdout.buffer)
         sys.stdout.buffer.flush()
 
 

@@ -261,7 +261,8 @@ def _path_is_planned(cart: ReferenceCartParameters) -> Iterator[str]:
     """Refuse an incomplete path, an infeasible one, and parameters without effect."""
     if cart.curve.curve != PATH:
         for name, value in cart.path._asdict().items():
-            if value != getattr(PathParameters(), name) and name != 'turn_back':  # live, as the curve is
+            # those that are live, as the curve is
+            if value != getattr(PathParameters(), name) and name not in ('turn_back', 'planning_time'):
                 yield (f"path.{name} = {value} is of curve = '{PATH}', and curve is '{cart.curve.curve}'; leave it "
                        'out, or change curve')
         return

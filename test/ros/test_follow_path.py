@@ -11,8 +11,9 @@ from action_msgs.msg import GoalStatus
 from helpers import interfaces, stand_in_base
 from helpers.harness import CONFIG
 from nav_msgs.msg import Odometry
+from rclpy.serialization import serialize_message
 
-from mobile_robot_control.messages.parsing import read_odometry
+from mobile_robot_control.messages.parsing import read_odometry, serialised_stamp
 from mobile_robot_control.messages.writing import path_message
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.localisation import composed
@@ -149,3 +150,45 @@ def test_a_client_that_is_killed_changes_nothing_and_a_robot_that_stands_aborts_
     status, code, why = client.result(handle)
     assert (status, code) == (GoalStatus.STATUS_ABORTED, client.kind.Result.FAILED_TO_MAKE_PROGRESS)
     assert 'no progress for goal.timeout = 2 s' in why
+
+
+def test_a_robot_moves_only_for_the_goal_that_is_asked_and_stops_while_paths_are_planned(client):
+    robot = client.robot
+    assert robot.set('position_controller', approach__speed=0.2)[0].successful
+
+    def heavy(away):
+        # some seconds of planning
+        return [(away + 2.0 * (n % 2), 0.002 * n) for n in range(8)]
+
+    # the answer to a goal that has ended is given to no other
+    first = client.send(*heavy(9.0))
+    second = client.send((0.0, 0.0), (1.0, 0.0))
+    assert 'another goal' in client.result(first)[2]
+    assert client.result(second)[0] == GoalStatus.STATUS_SUCCEEDED
+    # a goal without poses is a stop that waits for no plan
+    driven = client.send((0.0, 0.0), (6.0, 0.0))
+    robot.spin_until(client.drives)
+    client.send(*heavy(0.0))
+    empty = client.send()
+    status, code, why = client.result(empty)
+    assert (status, code) == (GoalStatus.STATUS_ABORTED, client.kind.Result.INVALID_PATH)
+    assert 'no poses' in why
+    now = robot.recorder.get_clock().now().nanoseconds
+    assert client.stands()
+    after = next(one for one in client.odom if serialised_stamp(serialize_message(one)) >= now)
+    # 0.5 m/s at 1 m/s², and the robot's delay
+    assert math.dist(read_odometry(after)[0][:2], client.pose[:2]) < 0.3
+    assert client.result(driven)[0] == GoalStatus.STATUS_ABORTED
+    # a goal that ends during a stop leaves nothing to drive
+    cancelled = client.send((0.0, 0.0), (6.0, 0.0))
+    robot.spin_until(client.drives)
+    assert robot.trigger('position_controller/stop')[0]
+    robot.spin_until(lambda: not client.drives())
+    asked = cancelled.cancel_goal_async()
+    robot.spin_until(asked.done)
+    assert client.result(cancelled)[0] == GoalStatus.STATUS_CANCELED
+    assert client.stands(0.2)
+    before = client.pose[:2]
+    assert robot.trigger('position_controller/release')[0]
+    robot.listen(1.5)
+    assert math.dist(before, client.pose[:2]) < 0.01

@@ -9,7 +9,7 @@ from mobile_robot_control.messages.parsing import RefusedMessageError, has_no_po
 from mobile_robot_control.quantities import NANOSECONDS, Pose
 from mobile_robot_control.ros.cart_course import CartCourse
 from mobile_robot_control.ros.cart_time import CartTime
-from mobile_robot_control.topics import PATH_TOPIC
+from mobile_robot_control.topics import FOLLOW, GOAL, PATH_TOPIC
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -25,6 +25,8 @@ _MOST = 100
 """Most paths that wait for their ticks."""
 _SOON, _LEAD = 0.2, 0.5
 """[s] from now to the start of a path, time to plan it: at least, and at first."""
+_LONGEST_LEAD = 2.0
+"""[s]: the longest, but for a path that was planned too late for its start."""
 _TOLD_EVERY = 10.0
 """[s] between two words about paths that were overtaken."""
 
@@ -90,6 +92,13 @@ class LockstepPaths:
             raise RefusedMessageError('too many wait', f'{_MOST} paths wait for their ticks; publish fewer ahead')
         self._waiting[tick if following <= tick <= following + _FAR else following] = Told(topic, message)
 
+    def drop(self, topic: str = '') -> None:
+        """Keep all messages: those of a goal that has ended act before the stop that ends it."""
+
+    def plans(self) -> bool:
+        """Return False: a path is planned at its tick, in no time."""
+        return False
+
     def correct(self, correction: Pose) -> None:
         """Lead the cart over at this tick, where no path begins."""
         self._correction = correction
@@ -115,7 +124,23 @@ class LockstepPaths:
 
 
 class _Asked(NamedTuple):
-    """A message or a correction in planning: its start along the course [ns], the steady time of the question [s]."""
+    """
+    A question in planning.
+
+    Attributes
+    ----------
+    told : Told
+        The message; NOTHING for a correction.
+    correction : Pose or None
+        The correction; None for a message.
+    begins : int
+        Time of the answer's start along the course [ns].
+    since : float
+        Steady time of the question [s].
+    future : Future
+        Of the answer.
+
+    """
 
     told: Told
     correction: Pose | None
@@ -129,7 +154,7 @@ class WallClockPaths:
     Plans the newest path in its own process while the cart drives on; the path starts a little later.
 
     A planned path starts before the next one is planned, so that the cart also follows a planner that publishes faster
-    than the process plans.
+    than the process plans. A stop acts at the next tick, and drops whatever was asked before it.
 
     Parameters
     ----------
@@ -141,11 +166,16 @@ class WallClockPaths:
         For the log.
     validator : InputValidator
         Counts paths that were overtaken.
+    limit : callable
+        Returns `path.planning_time` [s].
 
     """
 
-    def __init__(self, course: CartCourse, clock: CartTime, node: 'Node', validator: 'InputValidator') -> None:
+    def __init__(
+        self, course: CartCourse, clock: CartTime, node: 'Node', validator: 'InputValidator', limit: Callable[[], float]
+    ) -> None:
         self._course, self._clock, self._node, self._validator = course, clock, node, validator
+        self._limit = limit
         self._process: PlanningProcess | None = None
         self._newest = NOTHING
         self._correction: Pose | None = None
@@ -165,10 +195,42 @@ class WallClockPaths:
         return self._process
 
     def receive(self, message: bytes, topic: str = PATH_TOPIC) -> None:
-        """Receive a message in place of earlier ones; its stamp is not used."""
+        """Receive a message in place of earlier ones, of which an empty path stops the cart; its stamp is not used."""
+        if topic != GOAL and has_no_poses(message):
+            self._stop(topic)
+            return
         if self._newest.message:
             self._note_overtaken()
         self._newest = Told(topic, message)
+        # it need not wait as long as one that took long to plan
+        self._lead = min(self._lead, _LONGEST_LEAD)
+
+    def _stop(self, topic: str) -> None:
+        """Stop the cart at the next tick, and drop what was asked before."""
+        from mobile_robot_control.ros.path_planning import PathAnswer  # noqa: PLC0415 (NumPy)
+
+        # the end of a goal of the action leaves a message that has come after it, to be planned from the stop on
+        asked = self._asked.told if self._asked is not None else NOTHING
+        later = next((told for told in (self._newest, asked)
+                      if told.message and FOLLOW == topic != told.topic), NOTHING)
+        self.drop()
+        self._newest = later
+        self._correction, self._ready = None, Due(PathAnswer(None, [], stops=True, topic=topic), 0)
+
+    def drop(self, topic: str = '') -> None:
+        """Drop the messages of a topic, or of all, that do not act yet."""
+        if topic in ('', self._newest.topic):
+            self._newest = NOTHING
+        if self._asked is not None and topic in ('', self._asked.told.topic):
+            self._give_up(self._asked)
+        if self._ready is not None and not self._ready.answer.stops and topic in ('', self._ready.answer.topic):
+            self._ready = None
+
+    def _give_up(self, asked: _Asked) -> None:
+        """Leave a question without an answer."""
+        self._asked = None
+        if not asked.future.done():
+            self._started().drop()
 
     def _note_overtaken(self) -> None:
         self._validator.note_refusal(PATH_TOPIC, RefusedMessageError(
@@ -186,50 +248,73 @@ class WallClockPaths:
     def begin(self) -> None:
         """Forget a path planned for the previous course."""
         self._ready = self._correction = None
-        if self._asked is not None:
-            self._newest = self._newest if self._newest.message else self._asked.told
-            self._asked = None
+        asked = self._asked
+        if asked is not None:
+            self._newest = self._newest if self._newest.message else asked.told
+            self._give_up(asked)
 
     def due(self, _stamp: int) -> Due | None:
-        """Return a path that starts now or has been refused; plan the newest one."""
+        """Return a stop, or a path that starts now or has been refused; plan the newest one."""
         now, waits = round(self._clock.now() * NANOSECONDS), self._clock.condition() is not None
         if self._asked is not None:
             self._look_after(self._asked, now)
-        # a waiting cart may never reach the start of the planned path, and a stop cannot wait for it
-        if self._ready is not None and self._newest.message and (waits or has_no_poses(self._newest.message)):
+        # a waiting cart may never reach the start of the planned path
+        if self._ready is not None and self._newest.message and waits and not self._ready.answer.stops:
             self._note_overtaken()
             self._ready = None
         if not self._course.can_be_led(now):
             self._correction = None
-        topic, message = self._newest
-        if self._asked is None and self._ready is None and (message or self._correction is not None):
-            correction = None if message else self._correction
-            begins = now if waits or self._course.has_ended(now) else now + round(self._lead * NANOSECONDS)
-            self._asked = _Asked(self._newest, correction, begins, time.monotonic(), self._started().ask(
-                self._course.question(message, begins, correction, topic)))
-            # a path begins with the correction in use, and is led over then
-            self._newest, self._correction = NOTHING, None if correction is not None else self._correction
-        if self._ready is None or (self._ready.begins > now and not self._ready.answer.goes_on):
+        if self._asked is None and self._ready is None and (self._newest.message or self._correction is not None):
+            self._ask(now if waits or self._course.has_ended(now) else now + round(self._lead * NANOSECONDS))
+        if self._ready is None or (self._ready.begins > now and not (
+                self._ready.answer.goes_on or self._ready.answer.stops)):
             return None
         due, self._ready = self._ready, None
-        return due
+        return Due(self._stopping(due.answer, now), now) if due.answer.stops else due
+
+    def _stopping(self, answer: 'PathAnswer', now: int) -> 'PathAnswer':
+        """Say that the cart stops, but for a refused message to a cart that stands."""
+        from mobile_robot_control.ros.path_planning import stopping  # noqa: PLC0415 (NumPy)
+
+        if answer.refusal and self._course.has_ended(now):
+            return answer._replace(stops=False, goes_on=True)
+        return answer._replace(refusal=stopping(answer.refusal))
+
+    def _ask(self, begins: int) -> None:
+        """Begin to plan the newest message, or a correction, for a time along the course [ns]."""
+        told, correction = self._newest, None if self._newest.message else self._correction
+        self._asked = _Asked(told, correction, begins, time.monotonic(), self._started().ask(
+            self._course.question(told.message, begins, correction, told.topic)))
+        # a path begins with the correction in use, and is led over then
+        self._newest, self._correction = NOTHING, None if correction is not None else self._correction
 
     def _look_after(self, asked: _Asked, now: int) -> None:
-        """Receive the answer of the process, if it is there; replace a suspended process."""
+        """Receive the answer of the process, if it is there; replace a process that is suspended or takes too long."""
+        took, limit = time.monotonic() - asked.since, self._limit()
         if asked.future.done():
             self._asked = None
-            self._lead = max(_SOON, 2.0 * (time.monotonic() - asked.since))
+            self._lead = max(_SOON, 2.0 * took)
             self._take_answer(asked, now)
         elif self._started().kill_suspended():
             self._node.get_logger().warning('the process that plans paths was suspended: another one takes its place')
             # the lead is for the time that planning takes
             self._asked = asked._replace(since=time.monotonic())
+        elif took > limit:
+            self._give_up(asked)
+            # a correction comes again
+            if asked.correction is None:
+                from mobile_robot_control.ros.planning_process import not_planned  # noqa: PLC0415 (NumPy)
+
+                self._ready = Due(not_planned(asked.told.topic, (
+                    f'its plan takes longer than path.planning_time = {limit:g} s; publish fewer or nearer poses, '
+                    'without sharp turns back, or raise it')), now)
 
     def _take_answer(self, asked: _Asked, now: int) -> None:
         """Keep a planned path until its start; one too late for it is planned again, for a later time."""
+        found = asked.future.result()
         has_ended = self._course.has_ended(asked.begins)
-        if asked.begins >= now or has_ended:
-            self._ready = Due(asked.future.result(), max(asked.begins, now) if has_ended else asked.begins)
+        if asked.begins >= now or has_ended or found.stops:
+            self._ready = Due(found, max(asked.begins, now) if has_ended else asked.begins)
         elif asked.correction is not None:
             self._correction = self._correction or asked.correction
         elif self._newest.message:

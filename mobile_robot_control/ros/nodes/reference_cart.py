@@ -13,6 +13,7 @@ from nav_msgs.msg import Path
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import serialize_message
+from std_msgs.msg import String
 
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import RefusedMessageError
@@ -32,7 +33,7 @@ from mobile_robot_control.ros.qos import LATCHED, QUIET, SUBSCRIBED, action_clas
 from mobile_robot_control.ros.stamp_policy import Input, Inputs
 from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.settings.nodes import ReferenceCartParameters, awaits_corrections, awaits_path
-from mobile_robot_control.topics import CORRECTION, FOLLOW, GOAL, PATH_TOPIC
+from mobile_robot_control.topics import CORRECTION, FOLLOW, GOAL, PATH_TOPIC, STOPPED
 
 if TYPE_CHECKING:
     from mobile_robot_control.ros.path_planning import PathAnswer
@@ -100,9 +101,12 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         if shared.lockstep:
             self._paths = LockstepPaths(self._course, self._position_period, self._reached)
         else:
-            self._paths = WallClockPaths(self._course, self._time, self, self._validator)
+            self._paths = WallClockPaths(
+                self._course, self._time, self, self._validator, lambda: self.parameters.path.planning_time)
+            self.create_subscription(String, STOPPED, self._note_robot, LATCHED)
             if self.parameters.curve.curve == PATH:
                 self._paths.prepare()
+        self._robot_stop = ''
         subscribe_to_paths(self, self._receive_path)
         self.create_subscription(PoseStamped, GOAL, partial(self._receive_path, topic=GOAL), SUBSCRIBED, raw=True)
         self._corrections: WaitingCorrections | None = None
@@ -111,7 +115,8 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self._localisation = LocalisationInput(self, shared, self._validator, self._take_correction)
         kind = action_class('nav2_msgs/action/FollowPath') if self.parameters.curve.curve == PATH else None
         self._goals = None if kind is None else FollowPath(
-            self, kind, partial(self._receive_path, topic=FOLLOW), self._stop_on_path)
+            self, kind, partial(self._receive_path, topic=FOLLOW), self._paths.drop,
+            partial(self._stop_on_path, FOLLOW))
         if self._goals is not None and not shared.lockstep:
             create_steady_timer(LOOK, lambda: self._look_after_goal(time.monotonic()), self)
         self._cart = self._course.reference(0.0)
@@ -206,7 +211,12 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self._time.begin_anew()
             self._note_led(correction)
         elif self.parameters.curve.curve == PATH:
-            self._paths.correct(correction)
+            if self._course.can_be_led(now):
+                self._paths.correct(correction)
+            elif not self._paths.plans():
+                # a cart that stands, or stops, takes it for its next path
+                self._course.correction = correction
+                self._note_led(correction)
         else:
             self._course.lead_over(correction, now)
             self._note_led(correction)
@@ -235,8 +245,14 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             return str(refusal)
         return ''
 
-    def _stop_on_path(self) -> None:
-        self._receive_path(serialize_message(writing.path_message(self._shared.path_frame_id, [])))
+    def _stop_on_path(self, topic: str = PATH_TOPIC) -> None:
+        self._receive_path(serialize_message(writing.path_message(self._shared.path_frame_id, [])), topic)
+
+    def _note_robot(self, message: String) -> None:
+        """Note the reason for which the robot is stopped, '' after its release; a cart without a path stays at it."""
+        self._robot_stop = message.data
+        if not self._course.leads_on:
+            self._course.stand(self._pose, round(self._time.now() * NANOSECONDS))
 
     def _take_path(self, due: Due) -> None:
         """Continue along a path, or stop if it is refused."""
@@ -254,8 +270,14 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         else:
             self._plans['unchanged' if answer.goes_on else 'taken'] += 1
         if not answer.goes_on:
-            self._course.take(answer, due.begins)
             self._taken = answer
+            if not answer.stops:
+                self._course.take(answer, due.begins)
+            elif self._robot_stop:
+                # nothing is left to drive after the release
+                self._course.stand(self._pose, due.begins)
+            else:
+                self._course.slow_down(due.begins, self._time.take_rate())
         if answer.points:
             self._heard = self._time.now()
         elif not answer.goes_on:
@@ -266,8 +288,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
     def _miss_path(self) -> None:
         """Stop on a path of the topic if no other one comes for `path.timeout`."""
         timeout, now = self.parameters.path.timeout, self._time.now()
-        if not timeout or self._heard is None or now - self._heard <= timeout or (
-                isinstance(self._paths, WallClockPaths) and self._paths.plans()):
+        if not timeout or self._heard is None or now - self._heard <= timeout or self._paths.plans():
             return
         self._heard = None
         if not self._course.has_ended(round(now * NANOSECONDS)):
@@ -318,7 +339,16 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         self._cart = references[0]
         if self._shared.lockstep:
             self._look_after_goal(inputs.stamp / NANOSECONDS)
+        else:
+            self._end_stop()
+            self._look_after_goal(time.monotonic())
         return {'reference': references[0], 'reference_horizon': references}
+
+    def _end_stop(self) -> None:
+        """End a stop of a waiting cart, whose time along the course stands still."""
+        now = round(self._time.now() * NANOSECONDS)
+        if not any(self._cart.velocity) and self._course.slows(now):
+            self._course.stand(self._cart.pose, now)
 
     def _look_after_goal(self, now: float) -> None:
         if self._goals is not None:
