@@ -283,7 +283,8 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         elif not answer.goes_on:
             self._heard = None
         self._diagnostics.more |= {f'plans {kind}': count for kind, count in self._plans.items()}
-        self._diagnostics.more['planning time [s]'] = f'{answer.seconds:.4f}'
+        if answer.seconds:  # a stop has none
+            self._diagnostics.more['planning time [s]'] = f'{answer.seconds:.4f}'
 
     def _miss_path(self) -> None:
         """Stop on a path of the topic if no other one comes for `path.timeout`."""
