@@ -22,6 +22,7 @@ from mobile_robot_control.benchmarking.table import (
     is_first,
     last_summary,
     number_text,
+    place_text,
     rank_text,
 )
 from mobile_robot_control.elementary import ARITHMETIC
@@ -38,6 +39,8 @@ SIX = ('on_curve', 'thrown_off', 'robot_kobuki', 'weak_motors', 'noise', 'rectan
 SEEDS = tuple(range(1, 11))
 COMMAND = f'benchmark --laws {" ".join(NAMES)} --restarts 2'
 _FOLDER = Path('runs/benchmark')
+_STEADY = 0.9
+"""Share of runs in which the best law of a track succeeds, below which the track is told."""
 
 
 def fingerprint(laws: Sequence[str], tracks: Sequence[str]) -> str:
@@ -94,12 +97,6 @@ def _length(value: float | None) -> str:
     return '–' if value is None else f'{1e3 * value:.3g} mm' if value < 0.01 else f'{1e2 * value:.3g} cm'
 
 
-def _times(row: Mapping[str, Any]) -> str:
-    """Return an error as a multiple, with its interval."""
-    low, high = row['ratio_interval'] or (None, None)
-    return f'{row["ratio"]:.2f}' + ('' if low is None else f' ({low:.2f} to {high:.2f})')
-
-
 class Ranks:
     """The ranks of a benchmark by track, the best law first."""
 
@@ -114,18 +111,26 @@ class Ranks:
 
 
 def _overall(ranks: Ranks) -> str:
-    rows = [row for row in last_summary(ranks.values) if row['ratio'] is not None]
+    rows = last_summary(ranks.values)
     best, last = rows[0], rows[-1]
-    return (f'Over all tracks `{best["law"]}` has the smallest errors: {_times(best)} times those of the best law of '
-            f'each track; `{last["law"]}` has the largest, {_times(last)} times.')
+    return (f'No law is known to beat `{best["law"]}` on {best["unbeaten"]} of {best["tracks"]} tracks: of '
+            f'{best["comparisons"]} comparisons with other laws it is better in {best["wins"]}, worse in '
+            f'{best["losses"]}, and the rest are undecided. `{last["law"]}` is better in {last["wins"]} and worse in '
+            f'{last["losses"]}.')
 
 
 def _success(ranks: Ranks) -> str:
+    known = [row for rows in ranks.tracks.values() for row in rows if row['success'] is not None]
+    most = {track: max(row['success'] for row in known if row['track'] == track) for track in ranks.tracks}
+    hard = [track for track, success in most.items() if success < _STEADY]
     failed = {row['law']: row['failed'] for row in last_summary(ranks.values) if row['failed']}
-    told = '; '.join(f'`{law}` fails in most runs on {_listed(tracks)}' for law, tracks in failed.items())
-    steady = min(row['success'] for row in last_summary(ranks.values) if row['law'] not in failed)
-    return (f'{told}; every other law succeeds in {100.0 * steady:.1f} % of its runs or more.' if told else
-            f'Every law succeeds in {100.0 * steady:.1f} % of its runs or more.')
+    least = min((row for row in known if row['track'] not in hard and row['law'] not in failed),
+                key=lambda row: row['success'])
+    return '; '.join([
+        *(f'`{law}` fails in most runs on {_listed(tracks)}' for law, tracks in failed.items()),
+        *(f'every law fails in {100.0 * (1.0 - most[track]):.0f} % of its runs or more on `{track}`' for track in hard),
+        f'the least success of {"another" if failed else "a"} law elsewhere is {100.0 * least["success"]:.1f} %, of '
+        f'`{least["law"]}` on `{least["track"]}`.'])
 
 
 def _on(ranks: Ranks, track: str, words: str) -> str:
@@ -217,13 +222,15 @@ def table_lines(values: Mapping[str, Any]) -> Iterator[str]:
     yield from (f'{n}. {text}' for n, text in enumerate(sentences(values), 1))
     summary = last_summary(values)
     yield from ('', 'Over all tracks:', '',
-                table_row(['law', 'error, in multiples of the best', '95 % over groups of tracks', 'mean place',
-                           'success']), '|---|---|---|---|---|')
+                table_row(['law', 'place', 'unbeaten on', 'better', 'worse', 'largest error to the best',
+                           'least success']), f'|{"---|" * 7}')
     for one in summary:
-        low, high = one['ratio_interval']
-        yield table_row([one['law'], '–' if one['ratio'] is None else f'{one["ratio"]:.2f}',
-                         '–' if low is None else f'{low:.2f} to {high:.2f}', f'{one["mean_place"]:.1f}',
-                         f'{100.0 * one["success"]:.1f} %'])
+        yield table_row([one['law'], place_text(one), f'{one["unbeaten"]} of {one["tracks"]}',
+                         f'{one["wins"]} of {one["comparisons"]}', str(one['losses']),
+                         f'{one["largest_ratio"]:.2f}, {one["largest_on"]}',
+                         f'{100.0 * one["least_success"]:.1f} %, {one["least_on"]}'])
+    yield from ('', 'A law is unbeaten on a track if no law is known to be better there; undecided is not equal. The '
+                'place is by majority of what is certain, in brackets its range when any track or group is left out.')
     laws = [one['law'] for one in summary]
     yield from ('', 'Each cell has the ranks that the law may have, and its median RMS error over all seeds and the '
                 'runs in which it succeeds; bold where no law is known to be better. Hash '
@@ -244,10 +251,13 @@ def table_lines(values: Mapping[str, Any]) -> Iterator[str]:
 
 def summary_table(values: Mapping[str, Any]) -> Iterator[str]:
     """Yield the summary of the README."""
-    yield from ('| law | its error, in multiples of the best law\'s | runs that succeed |', '|---|---|---|')
+    count = max(one['tracks'] for one in last_summary(values))
+    yield from (f'| law | unbeaten, of {count} tracks | comparisons better : worse |', '|---|---|---|')
     for one in last_summary(values):
-        yield table_row([f'[{one["law"]}](docs/laws.md#{one["law"]})',
-                         '–' if one['ratio'] is None else f'{one["ratio"]:.1f}', f'{100.0 * one["success"]:.0f} %'])
+        yield table_row([f'[{one["law"]}](docs/laws.md#{one["law"]})', str(one['unbeaten']),
+                         f'{one["wins"]} : {one["losses"]}'])
+    yield from ('', f'In {values["at_edge"]} of {values["converged"][1]} searches a gain ends at an edge of its '
+                'bounds: wider ones may change these counts.')
 
 
 def main(results: Path, readme: Path, picture: Path) -> None:

@@ -7,7 +7,15 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.benchmarking.table import CONFIGURED, FED, is_first, last_summary, rank_text, worth
+from mobile_robot_control.benchmarking.table import (
+    CONFIGURED,
+    FED,
+    is_first,
+    last_summary,
+    place_text,
+    rank_text,
+    worth,
+)
 from mobile_robot_control.loop.metric_table import METRIC_TABLE
 from mobile_robot_control.pages import page
 from mobile_robot_control.pages.page import asset
@@ -85,13 +93,15 @@ def _summary(values: Mapping[str, Any]) -> str:
     """Return the table of laws over all tracks."""
     rows = []
     for one in last_summary(values):
-        told = (['–'] * 2 if one['mean_place'] is None else
-                [_cell(f'{one["mean_place"]:.1f}', one['mean_place']), _cell(f'{100.0 * one["success"]:.1f} %',
-                                                                            one['success'])])
-        rows.append([page.breakable(one['law']), *_ratio(one), f'{one["compared"]} of {len(values["tracks"])}',
-                     str(one['first']), *told, ', '.join(map(page.breakable, [*one['failed'], *one['not_searched']]))])
-    return _table(['law', 'error to the best', 'interval', 'tracks', 'no better law on', 'mean place', 'success',
-                   'not compared on'], rows)
+        ratio, success = one['largest_ratio'], one['least_success']
+        rows.append([page.breakable(one['law']), _cell(place_text(one), one['place']),
+                     _cell(f'{one["unbeaten"]} of {one["tracks"]}', one['unbeaten']),
+                     _cell(f'{one["wins"]} of {one["comparisons"]}', one['wins']), str(one['losses']),
+                     '–' if ratio is None else _cell(f'{ratio:.2f}, {one["largest_on"]}', ratio),
+                     '–' if success is None else _cell(f'{100.0 * success:.1f} %, {one["least_on"]}', success),
+                     ', '.join(map(page.breakable, [*one['failed'], *one['not_searched']]))])
+    return _table(['law', 'place', 'unbeaten on', 'better', 'worse', 'largest error to the best', 'least success',
+                   'fails or not searched on'], rows)
 
 
 def _track(values: Mapping[str, Any], track: str, budget: int) -> str:
@@ -190,19 +200,17 @@ def _gains(values: Mapping[str, Any]) -> Iterator[str]:
 def answer(values: Mapping[str, Any]) -> str:
     """Return the result in a sentence."""
     best, *others = last_summary(values)
-    if best['mean_place'] is None:
+    if best['place'] is None:
         return f'No law was searched: {values["results"][0]["reason"]}.'
-    if best['ratio'] is None or not others:
-        return f'{best["law"]} succeeds in {100.0 * best["success"]:.1f} % of the runs.'
-    low, high = best['ratio_interval']
-    interval = '' if low is None else f' ({low:.2f} to {high:.2f})'
-    return (f'{best["law"]} has the smallest errors, {best["ratio"]:.2f}{interval} times those of the best law on a '
-            f'track, in the mean over {best["groups"]} group{"s" * (best["groups"] != 1)} of tracks.')
+    if not best['comparisons'] or not others:
+        return f'{best["law"]} succeeds in {100.0 * best["least_success"]:.1f} % of the runs or more.'
+    return (f'No law is known to beat {best["law"]} on {best["unbeaten"]} of {best["tracks"]} tracks; of '
+            f'{best["comparisons"]} comparisons it is better in {best["wins"]} and worse in {best["losses"]}.')
 
 
 def _picture(svg: str) -> str:
     """Return the picture of the laws, as HTML."""
-    return page.picture('Errors', 'Each group of tracks, the mean and its interval.', page.drawing(svg), name='errors')
+    return page.picture('Errors', 'A dot for each track.', page.drawing(svg), name='errors')
 
 
 def _missing(values: Mapping[str, Any]) -> str:
@@ -229,9 +237,11 @@ def _parts(
                          *([('failures', 'Failures', ())] if failures else []),
                          *([('published', 'Published', ())] if published else []), ('numbers', 'Numbers', ()),
                          ('gains', 'Gains', ())])
-    yield page.section('laws', 'Laws', '<p class="soft">The error of a law on a track is a multiple of that of the '
-                       'best law there. Its mean over groups of like tracks has an interval of 95 % over groups. A '
-                       'head sorts.</p>', f'<div class="errors">{_picture(svg)}</div>' if svg else '',
+    yield page.section('laws', 'Laws', '<p class="soft">A law is unbeaten on a track if no law is known to be better '
+                       'there; undecided is not equal. Better and worse: comparisons with another law that are '
+                       'certain. Place: by majority of these, with its range when any track or group is left out. '
+                       'Errors are multiples of that of the best law on a track. A head sorts.</p>',
+                       f'<div class="errors">{_picture(svg)}</div>' if svg else '',
                        _summary(values))
     yield page.section('tracks', 'Tracks', '<p class="soft">The ranks that a law may have: two laws differ where '
                        'paired differences over seeds tell them apart, all pairs together with 95 %; bold: no law is '

@@ -2,7 +2,8 @@
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from statistics import fmean
 from typing import NamedTuple
 
@@ -10,7 +11,6 @@ import numpy as np
 
 from mobile_robot_control.elementary import log
 from mobile_robot_control.loop.monte_carlo import CONFIDENCE, JudgedRuns
-from mobile_robot_control.studying.comparison import mean_interval
 from mobile_robot_control.studying.tail_probabilities import student_tails
 
 Runs = Mapping[str, Mapping[int, JudgedRuns]]
@@ -141,13 +141,37 @@ def ratios(laws: Iterable[str], pairs: Iterable[Pair]) -> dict[str, float]:
     return found | {best: 0.0} if found else {}
 
 
-def over_groups(values: Mapping[str, float], groups: Mapping[str, str]) -> tuple[float, tuple[float, float]]:
-    """Return the mean over groups of the mean over a group's tracks, with Student's interval over groups."""
-    of_group: dict[str, list[float]] = {}
-    for track, value in values.items():
-        of_group.setdefault(groups[track], []).append(value)
-    means = [fmean(one) for one in of_group.values()]
-    return fmean(means), mean_interval(means, CONFIDENCE)
+Certain = Mapping[str, Collection[tuple[str, str]]]
+"""By track the pairs of laws of which the first is known to be better."""
+
+
+def majority_places(laws: Collection[str], certain: Certain) -> dict[str, int]:
+    """
+    Return the place of each law over all tracks by pairwise majority.
+
+    A law beats another one if it is known to be better on more tracks than it is known to be worse. Its place is one
+    more than the number of laws that beat more, or are beaten by fewer: Copeland's method, which needs no weights.
+
+    Examples
+    --------
+    >>> majority_places(['a', 'b', 'c'], {'one': [('a', 'b'), ('a', 'c')], 'two': [('b', 'a'), ('a', 'b')]})
+    {'a': 1, 'b': 2, 'c': 3}
+
+    """
+    margins = Counter(pair for pairs in certain.values() for pair in pairs)
+    scores = {law: sum((margins[law, other] > margins[other, law]) - (margins[law, other] < margins[other, law])
+                       for other in laws) for law in laws}
+    return {law: 1 + sum(score > scores[law] for score in scores.values()) for law in laws}
+
+
+def place_ranges(laws: Collection[str], certain: Certain, groups: Mapping[str, str]) -> Ranks:
+    """Return the first and the last place of each law when any track, or any group of tracks, is left out."""
+    left_out = [{track} for track in certain] + [
+        {track for track in certain if groups[track] == group} for group in dict.fromkeys(groups.values())]
+    found = [majority_places(laws, certain), *(
+        majority_places(laws, {track: pairs for track, pairs in certain.items() if track not in one})
+        for one in left_out if len(one) < len(certain))]
+    return {law: (min(one[law] for one in found), max(one[law] for one in found)) for law in laws}
 
 
 def quantile(values: Sequence[float], fraction: float) -> float | None:

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from hashlib import sha256
 from statistics import fmean
@@ -18,14 +19,15 @@ from mobile_robot_control.benchmarking.ranking import (
     RANKED,
     Pair,
     better_pairs,
-    over_groups,
+    majority_places,
     pairs_of,
+    place_ranges,
     probability,
     quantile,
     rank_ranges,
     ratios,
 )
-from mobile_robot_control.elementary import ARITHMETIC, exp, log
+from mobile_robot_control.elementary import ARITHMETIC, exp
 from mobile_robot_control.loop.monte_carlo import CONFIDENCE, JudgedRuns, wilson_interval
 from mobile_robot_control.studying.comparison import mean_interval
 
@@ -69,7 +71,7 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
         'unfinished': [{'law': cell.law, 'track': cell.track.name, 'seed': cell.seed, 'feedforward': cell.feedforward}
                        for cell in benchmark.cells if id(cell) not in held],
         'summary': [row for budget in benchmark.budgets or (0,)
-                    for row in _summary(benchmark.laws, budget, ranks, groups)],
+                    for row in summary_of(benchmark.laws, budget, ranks, pairs, groups)],
         'ranks': ranks, 'pairs': pairs, 'results': results,
     }
 
@@ -188,26 +190,48 @@ def _pair_row(track: str, budget: int, pair: Pair, better: set[tuple[str, str]])
     }
 
 
-def _summary(
-    laws: Sequence[str], budget: int, ranks: Sequence[Values], groups: Mapping[str, str]
+def summary_of(
+    laws: Sequence[str], budget: int, ranks: Sequence[Values], pairs: Sequence[Values], groups: Mapping[str, str]
 ) -> list[dict[str, Any]]:
-    """Return the laws over all tracks with one budget: that with the smallest errors first."""
-    found = []
-    for law in laws:
-        rows = [row for row in ranks if (row['law'], row['budget']) == (law, budget) and row['rank'] is not None]
-        known = {row['track']: log(row['ratio']) for row in rows if row['ratio'] is not None}
-        mean, interval = over_groups(known, groups) if known else (math.inf, (-math.inf, math.inf))
-        found.append({
-            'law': law, 'budget': budget, 'ratio': exp(mean) if known else None,
-            'ratio_interval': _exponentials(interval), 'groups': len({groups[track] for track in known}),
-            'compared': len(known), 'tracks': len(rows), 'first': sum(map(is_first, rows)),
-            'mean_place': fmean(row['place'] for row in rows) if rows else None,
-            'success': fmean(row['success'] for row in rows) if rows else None,
-            'failed': [row['track'] for row in rows if row['success'] < LEAST_SUCCESS],
-            'not_searched': [row['track'] for row in ranks if (row['law'], row['budget']) == (law, budget)
-                             and row['rank'] is None],
-        })
-    return sorted(found, key=lambda one: (one['ratio'] is None, one['ratio'], one['law']))
+    """Return the laws over all tracks with one budget, by pairwise majority."""
+    rows: dict[str, dict[str, Values]] = {law: {} for law in laws}
+    for row in ranks:
+        if row['budget'] == budget:
+            rows[row['law']][row['track']] = row
+    ranked = {law: {track: row for track, row in own.items() if row['rank'] is not None} for law, own in rows.items()}
+    known = [law for law, own in ranked.items() if own]
+    certain: dict[str, list[tuple[str, str]]] = {track: [] for own in ranked.values() for track in own}
+    compared: Counter[str] = Counter()
+    for pair in pairs:
+        if pair['budget'] == budget:
+            both = pair['first'], pair['second']
+            compared.update(both)
+            if pair['better']:
+                certain[pair['track']].append(both if pair['better'] == both[0] else both[::-1])
+    places, ranges = majority_places(known, certain), place_ranges(known, certain, groups)
+    decided = [pair for found in certain.values() for pair in found]
+
+    def summary(law: str) -> dict[str, Any]:
+        own = list(ranked[law].values())
+        worst = max((row for row in own if row['ratio'] is not None), key=lambda row: row['ratio'], default={})
+        least: Values = min(own, key=lambda row: row['success'], default={})
+        return {
+            'law': law, 'budget': budget, 'place': places.get(law),
+            'first_place': ranges[law][0] if own else None, 'last_place': ranges[law][1] if own else None,
+            'tracks': len(own), 'unbeaten': sum(map(is_first, own)), 'comparisons': compared[law],
+            'wins': sum(better == law for better, _ in decided), 'losses': sum(worse == law for _, worse in decided),
+            'largest_ratio': worst.get('ratio'), 'largest_on': worst.get('track'),
+            'least_success': least.get('success'), 'least_on': least.get('track'),
+            'failed': [row['track'] for row in own if row['success'] < LEAST_SUCCESS],
+            'not_searched': [track for track, row in rows[law].items() if row['rank'] is None],
+        }
+
+    def order(one: Values) -> tuple[Any, ...]:
+        # where nothing is certain, by the places on the tracks
+        own = [row['place'] for row in ranked[one['law']].values()]
+        return one['place'] is None, one['place'] or 0, fmean(own) if own else 0.0, one['law']
+
+    return sorted(map(summary, laws), key=order)
 
 
 def is_first(row: Values) -> bool:
@@ -266,15 +290,13 @@ def runs_table(done: Done) -> str:
 
 def latex_table(values: Values) -> str:
     """Return `benchmark.tex`: the summary as a table of LaTeX, of the largest budget."""
-    lines = [r'\begin{tabular}{lrrrr}', r'\hline',
-             r'law & error to the best & 95\,\% interval & mean place & success \\', r'\hline']
+    lines = [r'\begin{tabular}{lrrrrr}', r'\hline',
+             r'law & place & unbeaten on & better : worse & largest error & least success \\', r'\hline']
     for one in last_summary(values):
-        low, high = one['ratio_interval']
-        interval = '--' if low is None else f'{low:.2f}--{high:.2f}'
-        ratio, place, success = (('--', '--', '--') if one['mean_place'] is None else (
-            '--' if one['ratio'] is None else f'{one["ratio"]:.2f}', f'{one["mean_place"]:.1f}',
-            f'{100.0 * one["success"]:.1f}\\,\\%'))
-        lines.append(rf'{one["law"].replace("_", chr(92) + "_")} & {ratio} & {interval} & {place} & {success} \\')
+        cells = [place_text(one), f'{one["unbeaten"]} of {one["tracks"]}', f'{one["wins"]} : {one["losses"]}',
+                 '--' if one['largest_ratio'] is None else f'{one["largest_ratio"]:.2f}',
+                 '--' if one['least_success'] is None else f'{100.0 * one["least_success"]:.1f}\\,\\%']
+        lines.append(f'{one["law"].replace("_", chr(92) + "_")} & {" & ".join(cells).replace("–", "--")} ' + r'\\')
     return '\n'.join([*lines, r'\hline', r'\end{tabular}', f'% hash {values["hash"]}', ''])
 
 
@@ -298,6 +320,20 @@ def rank_text(row: Values) -> str:
     return NOT_SEARCHED if first is None else f'{first}' if first == last else f'{first}–{last}'
 
 
+def place_text(one: Values) -> str:
+    """
+    Return the place of a law over all tracks, and in brackets its range when any track or group is left out.
+
+    Examples
+    --------
+    >>> place_text({'place': 2, 'first_place': 2, 'last_place': 3})
+    '2 (2–3)'
+
+    """
+    place, first, last = one['place'], one['first_place'], one['last_place']
+    return '–' if place is None else f'{place}' if first == last else f'{place} ({first}–{last})'
+
+
 def number_text(value: float | None) -> str:
     """Return a number beside that of a publication; a dash where a run has none."""
     return '–' if value is None else f'{value:.5g}'
@@ -318,14 +354,14 @@ def summary_lines(values: Values) -> Iterator[str]:
     for one in last_summary(values):
         other = ''.join(f'; {what} on {", ".join(tracks)}' for what, tracks in (
             ('fails in most runs', one['failed']), (NOT_SEARCHED, one['not_searched'])) if tracks)
-        if one['mean_place'] is None:
+        if one['place'] is None:
             yield f'{one["law"]}{other}'.replace(';', ':', 1)
             continue
-        low, high = one['ratio_interval']
-        interval = '' if low is None else f' ({low:.2f} to {high:.2f})'
-        ratio = '' if one['ratio'] is None else f'error {one["ratio"]:.2f}{interval} times that of the best law, '
-        yield (f'{one["law"]}: {ratio}mean place {one["mean_place"]:.1f} on {one["tracks"]} tracks, success in '
-               f'{100.0 * one["success"]:.1f} % of the runs{other}')
+        largest = '' if one['largest_ratio'] is None else (
+            f'error at most {one["largest_ratio"]:.2f} times that of the best law ({one["largest_on"]}), ')
+        yield (f'{one["law"]}: unbeaten on {one["unbeaten"]} of {one["tracks"]} tracks; of {one["comparisons"]} '
+               f'comparisons better in {one["wins"]}, worse in {one["losses"]}; {largest}success in '
+               f'{100.0 * one["least_success"]:.1f} % of the runs or more{other}')
     yield worth(values)
     if values['unfinished']:
         yield f'{len(values["unfinished"])} cells are not finished; --resume goes on'

@@ -12,20 +12,23 @@ FAILED = ROW | dict.fromkeys(NUMBERS) | {'successes': None, 'runs': 0, 'success_
 RANK = {'track': 'noise', 'budget': 500, 'seeds': 5, 'success': 1.0, 'rms': 0.01, 'converged': 4, 'at_edge': 1,
         'configured_rms': 0.05, 'configured_success': 1.0, 'feedforward_rms': None, 'feedforward_success': None,
         'reason': ''}
-SUMMARY = {'budget': 500, 'groups': 1, 'compared': 1, 'tracks': 1, 'first': 1, 'mean_place': 1.0, 'success': 1.0,
-           'failed': [], 'not_searched': []}
-UNKNOWN = {'ratio': None, 'ratio_interval': [None, None], 'first': 0}
+SUMMARY = {'budget': 500, 'place': 1, 'first_place': 1, 'last_place': 2, 'tracks': 1, 'unbeaten': 1, 'comparisons': 3,
+           'wins': 2, 'losses': 0, 'largest_ratio': 1.0, 'largest_on': 'noise', 'least_success': 1.0,
+           'least_on': 'noise', 'failed': [], 'not_searched': []}
+UNKNOWN = {'largest_ratio': None, 'largest_on': None, 'unbeaten': 0, 'wins': 0, 'losses': 1}
 VALUES = {
     'hash': 'abcd', 'laws': ['lqr', 'fuzzy', 'rare', 'unknown', 'broken'], 'seeds': [1, 2, 3, 4, 5], 'budgets': [500],
     'scenarios': 8, 'runs': 10, 'restarts': 2,
     'unfinished': [{'law': 'fuzzy', 'track': 'noise', 'seed': 5, 'feedforward': True}],
     'tracks': {'noise': {'purpose': 'Sensors are noisy & loud.', 'source': 'A book', 'group': 'all', 'published': [
         {'law': 'lqr', 'gains': {'q1': 2.0}, 'published': {'iae': 0.1}, 'ours': {'iae': 0.1}}]}},
-    'summary': [SUMMARY | {'law': 'lqr', 'ratio': 1.0, 'ratio_interval': [0.9, 1.1]},
-                SUMMARY | {'law': 'fuzzy', 'ratio': 20.0, 'ratio_interval': [15.0, 26.0], 'first': 0},
-                SUMMARY | UNKNOWN | {'law': 'rare', 'failed': ['noise'], 'success': 0.2},
-                SUMMARY | UNKNOWN | {'law': 'unknown', 'mean_place': None, 'success': None, 'not_searched': ['noise']},
-                SUMMARY | UNKNOWN | {'law': 'broken', 'failed': ['noise'], 'success': 0.0}],
+    'summary': [SUMMARY | {'law': 'lqr'},
+                SUMMARY | {'law': 'fuzzy', 'place': 2, 'largest_ratio': 20.0, 'unbeaten': 0, 'wins': 0, 'losses': 1},
+                SUMMARY | UNKNOWN | {'law': 'rare', 'place': 3, 'failed': ['noise'], 'least_success': 0.2},
+                SUMMARY | UNKNOWN | {'law': 'broken', 'place': 4, 'failed': ['noise'], 'least_success': 0.0},
+                SUMMARY | UNKNOWN | {'law': 'unknown', 'place': None, 'first_place': None, 'last_place': None,
+                                     'tracks': 0, 'comparisons': 0, 'losses': 0, 'least_success': None,
+                                     'least_on': None, 'not_searched': ['noise']}],
     'ranks': [RANK | {'law': 'lqr', 'rank': 1, 'last_rank': 1, 'ratio': 1.0, 'ratio_interval': None, 'rms': 0.01},
               RANK | {'law': 'fuzzy', 'rank': 2, 'last_rank': 3, 'ratio': 20.0, 'ratio_interval': [15.0, 26.0],
                       'rms': 0.2},
@@ -67,8 +70,8 @@ def test_it_sorts_fits_answers_in_a_sentence_and_shows_a_reason_as_text(browser,
         assert browser.evaluate(LAWS) == order
     assert browser.errors() == []
     text = file.read_text()
-    assert answer(VALUES) == ('lqr has the smallest errors, 1.00 (0.90 to 1.10) times those of the best law on a '
-                              'track, in the mean over 1 group of tracks.')
+    assert answer(VALUES) == ('No law is known to beat lqr on 1 of 1 tracks; of 3 comparisons it is better in 2 and '
+                              'worse in 0.')
     assert answer(VALUES) in text
     assert 'Not finished: 1 cells;' in text
     assert '<p>1 on noise with feedforward</p>' in text

@@ -11,13 +11,15 @@ import pytest
 from mobile_robot_control.benchmarking.ranking import (
     Pair,
     better_pairs,
-    over_groups,
+    majority_places,
     pairs_of,
+    place_ranges,
     probability,
     quantile,
     rank_ranges,
     ratios,
 )
+from mobile_robot_control.benchmarking.table import summary_of
 from mobile_robot_control.loop.monte_carlo import JudgedRuns
 from mobile_robot_control.studying.comparison import mean_interval
 
@@ -127,13 +129,32 @@ def test_in_halves_of_ten_seeds_pairs_that_are_certain_in_both_agree():
     assert both > 0
 
 
-def test_ratios_are_those_to_the_law_with_the_smaller_errors_and_groups_count_once():
+def test_ratios_are_those_to_the_law_with_the_smaller_errors():
     pairs = [Pair('a', 'b', (0.1, 0.3), ()), Pair('a', 'c', (-0.2, -0.2), ()), Pair('b', 'c', (-0.4, -0.4), ())]
     assert ratios('abc', pairs) == {'a': pytest.approx(0.2), 'b': 0.0, 'c': pytest.approx(0.4)}
     assert ratios('abcd', pairs).keys() == set('abc')
     assert ratios('ab', []) == {}
-    mean, interval = over_groups({'x': 0.0, 'y': 1.0, 'z': 2.0}, {'x': 'one', 'y': 'one', 'z': 'two'})
-    assert (mean, interval) == (1.25, pytest.approx(mean_interval([0.5, 2.0], 0.95)))
+
+
+def test_places_are_by_majority_of_what_is_certain_and_their_range_leaves_out_tracks_and_groups():
+    certain = {'one': [('a', 'b'), ('b', 'c'), ('a', 'c')], 'two': [('b', 'a')], 'three': [('b', 'a')]}
+    groups = {'one': 'x', 'two': 'y', 'three': 'y'}
+    assert majority_places('abc', certain) == {'a': 2, 'b': 1, 'c': 3}
+    # a is first without the group of 'two' and 'three', and last, behind the uncompared c, without 'one'
+    assert place_ranges('abc', certain, groups) == {'a': (1, 3), 'b': (1, 2), 'c': (2, 3)}
+    assert place_ranges('ab', {'one': []}, {'one': 'x'}) == {'a': (1, 1), 'b': (1, 1)}
+
+
+def test_the_published_counts_over_all_tracks_follow_from_the_published_ranks_and_pairs():
+    values = json.loads((ROOT / 'docs' / 'benchmark.json').read_text())
+    budget, = values['budgets']
+    groups = {name: track['group'] for name, track in values['tracks'].items()}
+    assert values['summary'] == summary_of(values['laws'], budget, values['ranks'], values['pairs'], groups)
+    for one in values['summary']:
+        own = [row for row in values['pairs'] if one['law'] in (row['first'], row['second'])]
+        assert one['comparisons'] == len(own)
+        assert one['wins'] == sum(row['better'] == one['law'] for row in own)
+        assert one['losses'] == sum(row['better'] not in (None, one['law']) for row in own)
 
 
 def test_the_probability_is_that_of_students_test():
