@@ -243,8 +243,9 @@ def table_lines(values: Mapping[str, Any]) -> Iterator[str]:
     yield from (f'- `{track}`: {found["purpose"]}' for track, found in values['tracks'].items())
     published = [(track, one) for track, found in values['tracks'].items() for one in found['published']]
     if published:
-        yield from ('', 'With the gains of the publication, its numbers beside ours:', '',
-                    '| track | law | metric | published | ours |', '|---|---|---|---|---|')
+        yield from ('', 'With the gains of the publication, what its listings give with a robot that is moved along '
+                    'the exact arc, beside ours:', '', '| track | law | metric | listing | ours |',
+                    '|---|---|---|---|---|')
         yield from (table_row([track, one['law'], f'`{name}`', f'{value:.5g}', number_text(one['ours'][name])])
                     for track, one in published for name, value in one['published'].items())
 
