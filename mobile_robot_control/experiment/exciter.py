@@ -11,6 +11,7 @@ from typing import Any
 
 from rclpy.node import Node
 
+from mobile_robot_control.control.odometry_faults import Opposition
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.elementary import hypot
 from mobile_robot_control.experiment.excitation import Agreement, Area, Excited, excite
@@ -77,7 +78,7 @@ class Exciter(Node):
         self._start: Pose | None = None
         self._pose, self._velocity, self._heard = Pose(0.0, 0.0, 0.0), BodyVelocity(0.0, 0.0), -math.inf
         self._state, self._agreement, self._began = Excited(), Agreement(), 0.0
-        self._told, self._told_at = BodyVelocity(0.0, 0.0), 0.0
+        self._told, self._told_at, self._opposition = BodyVelocity(0.0, 0.0), 0.0, Opposition()
         self._policy = WallClockStampPolicy(self.get_clock(), tolerance)
         self._stamp, self._refusal = -1, ''
         self.fault = ''
@@ -144,6 +145,8 @@ class Exciter(Node):
             self.fault = self._sources()
         elif self._agreement.fault():
             self.fault = self._agreement.fault()
+        elif self._opposition.fault():
+            self.fault = f'{self._opposition.fault()}; see that it drives forwards and turns left as it is told'
         elif others:
             self.fault = f'others command the robot: {others}; stop them'
         elif not self._area.holds(seen.x, seen.y):
@@ -193,6 +196,8 @@ class Exciter(Node):
             self.way, self.turn = self.way + way, self.turn + turn
             self.farthest = max(self.farthest, abs(seen.longitudinal), abs(seen.lateral))
             self._agreement = self._agreement.moved(way, turn, (stamp - self._stamp) / 1e9, self._area)
+            self._opposition = self._opposition.after(
+                self._told, self._pose, pose, velocity, (stamp - self._stamp) / 1e9)
         self._pose, self._velocity, self._heard = pose, velocity, time.monotonic()
         self._stamp, self._refusal = stamp, ''
         self._start = self._start or pose

@@ -10,8 +10,10 @@ from rclpy.node import Node
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.control.compensation import NO_ODOMETRY, advanced, carried_forward, held_age, held_odometry
+from mobile_robot_control.control.odometry_faults import SILENCE, jump_across, largest
 from mobile_robot_control.elementary import hypot, sin_cos
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, period_nanoseconds
+from mobile_robot_control.reference.waiting import SILENT
 from mobile_robot_control.ros.clock import SteadyClock
 from mobile_robot_control.ros.peers import PublisherWatch
 from mobile_robot_control.settings.shared import Shared
@@ -144,6 +146,10 @@ class OdomConflict:
         """Whether there is a conflict now."""
         return self._clock.now() < self._until
 
+    def begin(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> None:
+        """Begin with odometry after a silence, before which a publisher may have been killed."""
+        self._last = stamp, pose, velocity
+
     def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> None:
         """Receive odometry with its stamp [ns]."""
         last, self._last = self._last, (stamp, pose, velocity)
@@ -194,6 +200,9 @@ class _Sample(NamedTuple):
     jumped: bool
 
 
+_STANDS = BodyVelocity(0.0, 0.0)
+
+
 class OdomTwist:
     """
     Compares the twists of odometry with the motion of its poses.
@@ -221,14 +230,33 @@ class OdomTwist:
         self.problem = ''
         self.jump: tuple[float, float] | tuple[()] = ()
 
-    def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> BodyVelocity:
-        """Receive odometry with its stamp [ns]; return the velocity of the robot."""
+    def note(
+        self, stamp: int, pose: Pose, velocity: BodyVelocity, command: BodyVelocity = _STANDS,
+        timeout: float = 0.0,
+    ) -> BodyVelocity:
+        """
+        Receive odometry; return the velocity of the robot.
+
+        Parameters
+        ----------
+        stamp : int
+            [ns].
+        pose, velocity : Pose, BodyVelocity
+            As measured.
+        command : BodyVelocity
+            The last one.
+        timeout : float
+            Of commands [s].
+
+        """
         time, taken = stamp / 1e9, self._taken
         stray, self.jump = Pose(0.0, 0.0, 0.0), ()
         if taken:
             last, dt = taken[-1], max(0.0, time - taken[-1].time)
             stray = _stray(last, pose, velocity, dt)
-            if self._has_jumped(stray, _unknown(last.twist, velocity, dt)):
+            if dt > SILENCE:
+                self.jump = jump_across(dt, last.pose, pose, largest(last.twist, velocity, command), timeout)
+            elif self._has_jumped(stray, _unknown(last.twist, velocity, dt)):
                 self.jump = hypot(stray.x, stray.y), abs(stray.heading)
             if time < last.time:
                 taken.clear()  # of another clock
@@ -328,3 +356,36 @@ def _motion(before: Pose, after: Pose) -> tuple[float, float]:
     turned = wrap_angle(after.heading - before.heading)
     sine, cosine = sin_cos(before.heading + 0.5 * turned)
     return (after.x - before.x) * cosine + (after.y - before.y) * sine, turned
+
+
+_LOST = 0.3, 0.5
+"""[m], [rad]: a robot whose pose jumps farther does not know where it is."""
+
+
+class SilentJump:
+    """Tells the cart of a robot whose pose jumps across a silence: its controller may have been started again, too."""
+
+    def __init__(self) -> None:
+        self._heard, self._pose, self._velocity = -math.inf, Pose(0.0, 0.0, 0.0), _STANDS
+
+    def note(self, now: float, pose: Pose, velocity: BodyVelocity, cart: BodyVelocity) -> str:
+        """
+        Return the jump in words; '' without one.
+
+        Parameters
+        ----------
+        now : float
+            Of the receipt [s].
+        pose, velocity : Pose, BodyVelocity
+            Of odometry.
+        cart : BodyVelocity
+            Of the cart.
+
+        """
+        silence, fastest = now - self._heard, largest(self._velocity, velocity, cart)
+        jump = jump_across(silence, self._pose, pose, fastest, SILENT) if SILENT < silence < math.inf else ()
+        self._heard, self._pose, self._velocity = now, pose, velocity
+        if not jump or not (jump[0] > _LOST[0] or jump[1] > _LOST[1]):
+            return ''
+        return (f'the pose of odom has jumped by {jump[0]:.2f} m and {jump[1]:.2f} rad across a silence of '
+                f'{silence:.1f} s')

@@ -15,9 +15,18 @@ from mobile_robot_control.control.approach import Approach, approach_step, stand
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.laws import PositionControl
 from mobile_robot_control.control.limits import TrackingLimit, limit_command
+from mobile_robot_control.control.odometry_faults import CONTRARY, SILENCE, Opposition
 from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.elementary import hypot
-from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation, Pose, Reference, TrackingError
+from mobile_robot_control.quantities import (
+    NANOSECONDS,
+    BodyAcceleration,
+    BodyVelocity,
+    Observation,
+    Pose,
+    Reference,
+    TrackingError,
+)
 from mobile_robot_control.reference.localisation import apart, composed
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.odometry import CONFLICT, OdomConflict, OdomTwist
@@ -27,6 +36,8 @@ from mobile_robot_control.settings.nodes import PositionControllerParameters
 _ZERO = BodyVelocity(0.0, 0.0)
 _FAR = 0.5
 """[m] from the cart: a start at a larger distance is logged."""
+_BESIDE = 0.1
+"""[m] from a cart that stands: the robot has nothing to drive."""
 
 
 class LawRunner:
@@ -209,7 +220,9 @@ class RobotGuard:
         self._stop = SafetyStop(node, act, lambda why: publish({'stop': why} if why else {'release': True}))
         self._twist, self._make_conflict, self._conflict = OdomTwist(node), conflict, conflict()
         self._pose = Pose(0.0, 0.0, 0.0)
+        self._stamp, self._unheard, self._command, self._opposition = 0, 0, _ZERO, Opposition()
         self._correction: Pose | None = None
+        self._has_driven = self._is_beside = self._was_beside = False
         self._far = ''
 
     @property
@@ -221,27 +234,40 @@ class RobotGuard:
         self, stamp: int, pose: Pose, velocity: BodyVelocity, values: PositionControllerParameters, drives: bool
     ) -> BodyVelocity:
         """Receive odometry; return the velocity of the robot, from its poses if they contradict the twist."""
-        self._pose = pose
-        self._conflict.note(stamp, pose, velocity)
+        before, last, self._pose, self._stamp, self._unheard = self._pose, self._stamp, pose, stamp, 0
+        used = self._twist.note(stamp, pose, velocity, self._command, values.input_timeout)
+        if self._twist.jump and stamp - last > SILENCE * NANOSECONDS:
+            self._conflict.begin(stamp, pose, velocity)
+        else:
+            self._conflict.note(stamp, pose, velocity)
         if self._conflict.present:
             self._twist.forget()  # the poses of several publishers are no jumps of one
             return velocity
-        velocity = self._twist.note(stamp, pose, velocity)
+        self._opposition = self._opposition.after(
+            self._command if drives else _ZERO, before, pose, velocity, (stamp - last) / NANOSECONDS,
+            values.odom_latency)
         if self._twist.jump:
-            self._note_jump(*self._twist.jump, values.limits, drives and not self._far)
-        return velocity
+            self._note_jump(*self._twist.jump, values.limits)
+        if drives and self._opposition.fault() and not self._stop.reason:
+            self._opposition = Opposition()
+            self._stop.stop(f'{CONTRARY}; see that it drives forwards and turns left as it is told, then call release')
+        return used
 
-    def _note_jump(self, moved: float, turned: float, limits: TrackingLimit, drives: bool) -> None:
-        """Report a jump of odometry [m], [rad]; stop a robot that drives, beyond the limits."""
+    def _note_jump(self, moved: float, turned: float, limits: TrackingLimit) -> None:
+        """Report a jump of odometry [m], [rad]; stop a robot beyond the limits that may set out by itself."""
+        self._opposition = Opposition()
         words = f'the pose of odom has jumped by {moved:.2f} m and {turned:.2f} rad against its twist'
         self._node.get_logger().warning(f'{words}: it was corrected or reset')
         self._publish({'odom_jump': [moved, turned]})
-        if drives and (0.0 < limits.odom_jump < moved or 0.0 < limits.odom_turn < turned):
+        is_far = 0.0 < limits.odom_jump < moved or 0.0 < limits.odom_turn < turned
+        if is_far and self._has_driven and not self._is_beside:
             self._stop.stop(f'{words}, and limits.odom_jump is {limits.odom_jump:g} m, limits.odom_turn '
                             f'{limits.odom_turn:g} rad; see whether it knows where it is, then call release')
 
-    def note_correction(self, correction: Pose, limits: TrackingLimit, drives: bool) -> None:
-        """Receive a correction of odometry; stop a robot that drives, if it jumps beyond the limits."""
+    def note_correction(self, correction: Pose, limits: TrackingLimit) -> None:
+        """Receive a correction of odometry; stop a robot that has driven, if it jumps beyond the limits."""
+        # the cart also stands while a localisation is silent
+        was_beside, self._was_beside = self._was_beside, self._is_beside
         before, self._correction = self._correction or correction, correction
         moved, turned = apart(composed(correction, self._pose), composed(before, self._pose))
         if not (0.0 < limits.localisation_jump < moved or 0.0 < limits.localisation_turn < turned):
@@ -249,7 +275,7 @@ class RobotGuard:
         words = f'the localisation has moved the robot by {moved:.2f} m and {turned:.2f} rad at once'
         self._node.get_logger().warning(words)
         self._publish({'localisation_jump': [moved, turned]})
-        if drives:
+        if self._has_driven and not (was_beside and self._is_beside):
             self._stop.stop(f'{words}, and limits.localisation_jump is {limits.localisation_jump:g} m, '
                             f'limits.localisation_turn {limits.localisation_turn:g} rad; see whether it knows where '
                             'it is, then call release')
@@ -280,7 +306,8 @@ class RobotGuard:
                 'place the curve near the robot, bring it there, or raise the limit')
 
     def check_start(self, values: PositionControllerParameters, pose: Pose, reference: Reference) -> None:
-        """Log a start far from the cart, to which the robot sets out."""
+        """Begin a run; log a start far from the cart, to which the robot sets out."""
+        self._has_driven, self._opposition = False, Opposition()
         if not _is_far(hypot(reference.pose.x - pose.x, reference.pose.y - pose.y), values):
             tell_far_start(self._node, pose, reference.pose, self.approach_speed(values, reference))
 
@@ -297,6 +324,17 @@ class RobotGuard:
         acceleration: BodyAcceleration | None = None,
     ) -> BodyVelocity:
         """Return the command; zero if the robot is too far from the reference, or has just been stopped for that."""
+        self._unheard += 1
+        if self._unheard <= SILENCE * values.shared.position_rate:
+            # a cart also stands once odometry is silent
+            self._is_beside = stands_still(observation.reference) and distance(observation.error) <= _BESIDE
+        self._command = self._chosen(observation, values, acceleration)
+        self._has_driven = self._has_driven or any(self._command)
+        return self._command
+
+    def _chosen(
+        self, observation: Observation, values: PositionControllerParameters, acceleration: BodyAcceleration | None
+    ) -> BodyVelocity:
         if self._stands_far(observation, values):
             return _ZERO
         speed = self.approach_speed(values, observation.reference)

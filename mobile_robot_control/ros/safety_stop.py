@@ -74,6 +74,8 @@ class StopMemory:
         return ''
 
 
+_LONG = 400
+"""Characters of a reason that no other one joins."""
 STOP, RELEASE = '~/stop', '~/release'
 _BY_REQUEST = 'by a call of stop; call release to drive on'
 _IN_LOCKSTEP = ('in lockstep there is no robot to stop: simulated time stands still while the parameter paused of the '
@@ -145,8 +147,8 @@ class SafetyStop:
         return False
 
     def stop(self, reason: str) -> None:
-        """Stop the robot until its release; the first reason stays."""
-        self._change(self.reason or reason)
+        """Stop the robot until its release; a reason that comes during a stop joins the first one."""
+        self._change(f'{self.reason}; {reason}' if self.reason and len(self.reason) < _LONG else self.reason or reason)
 
     def remember(self) -> str:
         """Bring the memory up to date, after the zero command; return why that failed, '' if it did not."""

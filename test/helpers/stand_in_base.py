@@ -1,8 +1,8 @@
 """
 A kinematic base that is not of this package: takes cmd_vel and publishes odometry on its own wall clock.
 
-Run as a process: ``python stand_in_base.py [--plain]``; with ``--plain`` it takes a Twist
-on plain_cmd_vel instead.
+Run as a process: ``python stand_in_base.py [--plain] [--at X Y HEADING] [--turned]``; with ``--plain`` it takes a Twist
+on plain_cmd_vel instead, with ``--turned`` its wheels are swapped: it turns the other way.
 """
 
 import contextlib
@@ -23,7 +23,7 @@ class Base(Node):
 
     def __init__(self, plain, **options):
         super().__init__('base', **options)
-        self.frame = 'map'
+        self.frame, self.turns = 'map', 1.0
         self.x, self.y, self.heading, self.v, self.omega, self.command = 1.0, 0.0, 0.5 * math.pi, 0.0, 0.0, Twist()
         kind, topic = (Twist, 'plain_cmd_vel') if plain else (TwistStamped, 'cmd_vel')
         self.create_subscription(kind, topic, self.take, 1)
@@ -35,7 +35,7 @@ class Base(Node):
 
     def move(self):
         self.v += (self.command.linear.x - self.v) / 3.0
-        self.omega += (self.command.angular.z - self.omega) / 3.0
+        self.omega += (self.turns * self.command.angular.z - self.omega) / 3.0
         self.x += PERIOD * self.v * math.cos(self.heading)
         self.y += PERIOD * self.v * math.sin(self.heading)
         self.heading += PERIOD * self.omega
@@ -51,5 +51,9 @@ class Base(Node):
 
 if __name__ == '__main__':
     rclpy.init()
+    base = Base('--plain' in sys.argv)
+    if '--at' in sys.argv:
+        base.x, base.y, base.heading = map(float, sys.argv[sys.argv.index('--at') + 1:][:3])
+    base.turns = -1.0 if '--turned' in sys.argv else 1.0
     with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
-        rclpy.spin(Base('--plain' in sys.argv))
+        rclpy.spin(base)

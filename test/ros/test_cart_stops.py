@@ -123,7 +123,7 @@ class Sequence:
             self._planning = None
             future.set_result(planned(question))
         self.node._monitor._taken_at['odom'] = self.now
-        self.node.receive('odom', 0, (self.pose, None))
+        self.node.receive('odom', 0, (self.pose, BodyVelocity(0.0, 0.0)))
         cart = self.node.step(self._inputs(), TICK)['reference']
         self.node.note_step(round(self.now * 1e9))
         before = self.pose

@@ -161,7 +161,7 @@ def test_a_robot_moves_only_for_the_goal_that_is_asked_and_stops_while_paths_are
         return [(away + 2.0 * (n % 2), 0.002 * n) for n in range(8)]
 
     # the answer to a goal that has ended is given to no other
-    first = client.send(*heavy(9.0))
+    first = client.send(*heavy(0.0))
     second = client.send((0.0, 0.0), (1.0, 0.0))
     assert 'another goal' in client.result(first)[2]
     assert client.result(second)[0] == GoalStatus.STATUS_SUCCEEDED

@@ -1,17 +1,27 @@
 """The start of each new path on the topic `path`, and of each goal."""
 
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
 import time
+from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
+
+from nav_msgs.msg import Path
+from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from mobile_robot_control.messages.parsing import RefusedMessageError, has_no_poses, serialised_stamp
 from mobile_robot_control.quantities import NANOSECONDS, Pose
 from mobile_robot_control.ros.cart_course import CartCourse
 from mobile_robot_control.ros.cart_time import CartTime
+from mobile_robot_control.ros.qos import LATCHED, QUIET, SUBSCRIBED
+from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.topics import FOLLOW, GOAL, PATH_TOPIC
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
     from rclpy.node import Node
 
     from mobile_robot_control.ros.inputs import InputValidator
@@ -29,6 +39,43 @@ _LONGEST_LEAD = 2.0
 """[s]: the longest, but for a path that was planned too late for its start."""
 _TOLD_EVERY = 10.0
 """[s] between two words about paths that were overtaken."""
+
+
+_HELD = 4
+"""Messages of one subscription that wait for the other one."""
+_LOOK = 0.2
+"""[s] from one look for publishers that keep their messages to the next."""
+
+
+def subscribe_to_paths(node: Node, take: Callable[[bytes], object]) -> None:
+    """
+    Call a function with each message on `path`, serialised.
+
+    A subscription to kept messages connects only with publishers that keep them, and no other subscription receives
+    kept messages. Hence there are two, the one to kept messages once a publisher keeps them: DDS would warn any other
+    publisher of it. A message on both counts once.
+    """
+    only_by_one: list[deque[bytes]] = [deque(maxlen=_HELD), deque(maxlen=_HELD)]
+
+    def receive(number: int, message: bytes) -> None:
+        by_other = only_by_one[1 - number]
+        if message in by_other:
+            by_other.remove(message)
+            return
+        only_by_one[number].append(message)
+        take(message)
+
+    def subscribe(number: int, quality: QoSProfile) -> None:
+        node.create_subscription(Path, PATH_TOPIC, partial(receive, number), quality, raw=True, event_callbacks=QUIET)
+
+    def look() -> None:
+        if any(offer.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in publishers()):
+            timer.cancel()
+            subscribe(1, LATCHED)
+
+    subscribe(0, SUBSCRIBED)
+    publishers = partial(node.get_publishers_info_by_topic, node.resolve_topic_name(PATH_TOPIC))
+    timer = create_steady_timer(_LOOK, look, node)
 
 
 class Told(NamedTuple):
@@ -54,7 +101,7 @@ class Due(NamedTuple):
 
     """
 
-    answer: 'PathAnswer'
+    answer: PathAnswer
     begins: int
 
 
@@ -146,7 +193,7 @@ class _Asked(NamedTuple):
     correction: Pose | None
     begins: int
     since: float
-    future: 'Future[PathAnswer]'
+    future: Future[PathAnswer]
 
 
 class WallClockPaths:
@@ -172,7 +219,7 @@ class WallClockPaths:
     """
 
     def __init__(
-        self, course: CartCourse, clock: CartTime, node: 'Node', validator: 'InputValidator', limit: Callable[[], float]
+        self, course: CartCourse, clock: CartTime, node: Node, validator: InputValidator, limit: Callable[[], float]
     ) -> None:
         self._course, self._clock, self._node, self._validator = course, clock, node, validator
         self._limit = limit
@@ -187,7 +234,7 @@ class WallClockPaths:
         """Start the planning process."""
         self._started()
 
-    def _started(self) -> 'PlanningProcess':
+    def _started(self) -> PlanningProcess:
         if self._process is None:
             from mobile_robot_control.ros.planning_process import PlanningProcess  # noqa: PLC0415 (NumPy)
 
@@ -272,7 +319,7 @@ class WallClockPaths:
         due, self._ready = self._ready, None
         return Due(self._stopping(due.answer, now), now) if due.answer.stops else due
 
-    def _stopping(self, answer: 'PathAnswer', now: int) -> 'PathAnswer':
+    def _stopping(self, answer: PathAnswer, now: int) -> PathAnswer:
         """Say that the cart stops, but for a refused message to a cart that stands."""
         from mobile_robot_control.ros.path_planning import stopping  # noqa: PLC0415 (NumPy)
 

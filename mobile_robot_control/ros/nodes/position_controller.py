@@ -125,7 +125,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
 
     def _correct(self, _stamp: int, correction: Pose) -> None:
         assert isinstance(self._guard, RobotGuard)  # noqa: S101 (for mypy: only there it is called)
-        self._guard.note_correction(correction, self.parameters.limits, self._drives)
+        self._guard.note_correction(correction, self.parameters.limits)
 
     def is_held(self) -> bool:
         """Return whether the robot is stopped."""

@@ -3,21 +3,21 @@
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
 import time
-from collections import Counter, deque
-from collections.abc import Callable, Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
-from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.parsing import RefusedMessageError
 from mobile_robot_control.quantities import NANOSECONDS, Pose
+from mobile_robot_control.reference.course import Standing
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.localisation import apart, composed
 from mobile_robot_control.ros.cart_course import CartCourse
@@ -27,9 +27,10 @@ from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.follow_path import LOOK, FollowPath, View
 from mobile_robot_control.ros.localisation import LocalisationInput, WaitingCorrections
 from mobile_robot_control.ros.lockstep import Outputs
-from mobile_robot_control.ros.nodes.cart_paths import Due, LockstepPaths, WallClockPaths
+from mobile_robot_control.ros.nodes.cart_paths import Due, LockstepPaths, WallClockPaths, subscribe_to_paths
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
-from mobile_robot_control.ros.qos import LATCHED, QUIET, SUBSCRIBED, action_class
+from mobile_robot_control.ros.odometry import SilentJump
+from mobile_robot_control.ros.qos import LATCHED, SUBSCRIBED, action_class
 from mobile_robot_control.ros.stamp_policy import Input, Inputs
 from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.settings.nodes import ReferenceCartParameters, awaits_corrections, awaits_path
@@ -37,43 +38,6 @@ from mobile_robot_control.topics import CORRECTION, FOLLOW, GOAL, PATH_TOPIC, ST
 
 if TYPE_CHECKING:
     from mobile_robot_control.ros.path_planning import PathAnswer
-
-_MOST = 4
-"""Messages of one subscription that wait for the other one."""
-_LOOK = 0.2
-"""[s] from one look for publishers that keep their messages to the next."""
-
-
-def subscribe_to_paths(node: Node, take: Callable[[bytes], object]) -> None:
-    """
-    Call a function with each message on `path`, serialised.
-
-    A subscription to kept messages connects only with publishers that keep them, and no other subscription receives
-    kept messages. Hence there are two, the one to kept messages once a publisher keeps them: DDS would warn any other
-    publisher of it. A message on both counts once.
-    """
-    only_by_one: list[deque[bytes]] = [deque(maxlen=_MOST), deque(maxlen=_MOST)]
-
-    def receive(number: int, message: bytes) -> None:
-        by_other = only_by_one[1 - number]
-        if message in by_other:
-            by_other.remove(message)
-            return
-        only_by_one[number].append(message)
-        take(message)
-
-    def subscribe(number: int, quality: QoSProfile) -> None:
-        node.create_subscription(Path, PATH_TOPIC, partial(receive, number), quality, raw=True, event_callbacks=QUIET)
-
-    def look() -> None:
-        if any(offer.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in publishers()):
-            timer.cancel()
-            subscribe(1, LATCHED)
-
-    subscribe(0, SUBSCRIBED)
-    publishers = partial(node.get_publishers_info_by_topic, node.resolve_topic_name(PATH_TOPIC))
-    timer = create_steady_timer(_LOOK, look, node)
-
 
 _JUMP = ('the cart would jump: on the wall clock its curve can change where wait is true, so that it waits at the new '
          'start; or start the node again')
@@ -106,7 +70,8 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self.create_subscription(String, STOPPED, self._note_robot, LATCHED)
             if self.parameters.curve.curve == PATH:
                 self._paths.prepare()
-        self._robot_stop = ''
+        self._robot_stop = self._lost = ''
+        self._jumps, self._has_moved = SilentJump(), False
         subscribe_to_paths(self, self._receive_path)
         self.create_subscription(PoseStamped, GOAL, partial(self._receive_path, topic=GOAL), SUBSCRIBED, raw=True)
         self._corrections: WaitingCorrections | None = None
@@ -172,6 +137,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     def _begin_course(self) -> None:
         """Begin on the curve of the parameters; a waiting cart, at its start."""
+        self._lost, self._has_moved = '', False
         is_new = self._course.is_new(self.parameters)
         self._course.begin(self.parameters, self._pose, self._known_correction())
         self._paths.begin()
@@ -239,6 +205,9 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         """Receive a path or a goal; return why it is refused, '' if it is not."""
         try:
             self._course.check_takes_paths()
+            if self._lost:
+                self._course.stand(self._pose, round(self._time.now() * NANOSECONDS))
+                self._lost = ''
             self._paths.receive(message, topic)
         except RefusedMessageError as refusal:
             self._validator.note_refusal(topic, refusal)
@@ -250,7 +219,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     def _note_robot(self, message: String) -> None:
         """Note the reason for which the robot is stopped, '' after its release; a cart without a path stays at it."""
-        self._robot_stop = message.data
+        self._robot_stop, self._lost = message.data, ''
         if not self._course.leads_on:
             self._course.stand(self._pose, round(self._time.now() * NANOSECONDS))
 
@@ -336,8 +305,10 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self._take_path(due)
         self._miss_path()
         references = self._time.references(inputs.stamp)
+        if self._lost:
+            references = (Standing(self._pose).reference(0.0),) * len(references)
         self._tell_errors(references[0].pose)
-        self._cart = references[0]
+        self._cart, self._has_moved = references[0], self._has_moved or any(references[0].velocity)
         if self._shared.lockstep:
             self._look_after_goal(inputs.stamp / NANOSECONDS)
         else:
@@ -362,16 +333,35 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     def receive(self, _topic: str, _stamp: int, value: Any) -> Any:
         """Receive the robot's pose."""
-        self._time.note(value[0])
+        pose, velocity = value
+        jump = self._jumps.note(self._robot_clock.now(), pose, velocity, self._cart.velocity)
+        self._pose = pose
+        self._time.note(pose)
+        if jump and self._has_moved:
+            self._note_jump(jump)
         return value
+
+    def _note_jump(self, words: str) -> None:
+        """Stand at a robot whose pose has jumped: at once for good, or for a course that a release continues."""
+        now = round(self._time.now() * NANOSECONDS)
+        if self._course.has_ended(now) or not self._course.leads_on:
+            self.get_logger().warning(f'{words}: the cart stands at the robot')
+            self._course.stand(self._pose, now)
+        else:
+            self._lost = (f'{words}: the cart stands at the robot until a release, a path or another run; see whether '
+                          'it knows where it is, then call stop and release of the position controller')
+            self.get_logger().error(self._lost)
 
     def forget(self) -> None:
         """Start again with the next odometry."""
+        self._lost, self._has_moved = '', False
         self._course.begin(self.parameters, self._pose, self._known_correction())
         self._paths.begin()
         self._time.forget()
 
     def _condition(self) -> Condition | None:
+        if self._lost:
+            return Condition(DiagnosticStatus.ERROR, 'waiting', detail=self._lost)
         return self._time.condition()
 
     def _running(self) -> str:
