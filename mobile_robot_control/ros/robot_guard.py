@@ -29,6 +29,7 @@ from mobile_robot_control.quantities import (
 )
 from mobile_robot_control.reference.localisation import apart, composed
 from mobile_robot_control.ros.diagnostics import Condition
+from mobile_robot_control.ros.namesakes import Namesakes
 from mobile_robot_control.ros.odometry import CONFLICT, OdomConflict, OdomTwist
 from mobile_robot_control.ros.safety_stop import SafetyStop, refuse_to_stop
 from mobile_robot_control.settings.nodes import PositionControllerParameters
@@ -158,6 +159,9 @@ class LockstepGuard:
 
     stands = False
 
+    def note_sent(self, message: bytes) -> None:
+        """Keep nothing: in lockstep a second controller is counted by its stamps."""
+
     def __init__(self, node: Node, law: LawRunner) -> None:
         self._node, self._law = node, law
         refuse_to_stop(node)
@@ -209,15 +213,20 @@ class RobotGuard:
         As in SafetyStop.
     publish : callable
         Publishes events.
+    kind : str
+        Type of the command.
 
     """
 
     def __init__(
         self, node: Node, law: LawRunner, conflict: Callable[[], OdomConflict], act: Callable[[], str],
-        publish: Callable[[Mapping[str, Any]], None],
+        publish: Callable[[Mapping[str, Any]], None], kind: str,
     ) -> None:
         self._node, self._law, self._publish = node, law, publish
-        self._stop = SafetyStop(node, act, lambda why: publish({'stop': why} if why else {'release': True}))
+        self._others = Namesakes(node, kind, self._stop_along)
+        self.note_sent = self._others.note_sent
+        self._stop = SafetyStop(
+            node, act, lambda why: publish({'stop': why} if why else {'release': True}), self._others)
         self._twist, self._make_conflict, self._conflict = OdomTwist(node), conflict, conflict()
         self._pose = Pose(0.0, 0.0, 0.0)
         self._stamp, self._unheard, self._command, self._opposition = 0, 0, _ZERO, Opposition()
@@ -225,10 +234,15 @@ class RobotGuard:
         self._has_driven = self._is_beside = self._was_beside = False
         self._far = ''
 
+    def _stop_along(self, reason: str) -> None:
+        """Stop the robot that another node of this name has stopped."""
+        if not self._stop.reason:
+            self._stop.stop(reason)
+
     @property
     def stands(self) -> bool:
         """Whether the robot is stopped, or too far from the cart to set out."""
-        return bool(self._stop.reason or self._far)
+        return bool(self._stop.reason or self._others.reason or self._far)
 
     def note(
         self, stamp: int, pose: Pose, velocity: BodyVelocity, values: PositionControllerParameters, drives: bool
@@ -282,7 +296,7 @@ class RobotGuard:
 
     def is_held(self, values: PositionControllerParameters) -> bool:
         """Return whether the robot must stand."""
-        return bool(self._stop.reason) or self._in_conflict(values)
+        return bool(self._stop.reason or self._others.reason) or self._in_conflict(values)
 
     def _in_conflict(self, values: PositionControllerParameters) -> bool:
         return values.stop_on_odom_conflict and self._conflict.present
@@ -348,6 +362,8 @@ class RobotGuard:
         """Return the condition of a node with a standing robot or faulty odometry."""
         if self._stop.reason:
             return Condition(DiagnosticStatus.ERROR, 'stopped', detail=self._stop.reason)
+        if self._others.reason:
+            return Condition(DiagnosticStatus.ERROR, 'stopped', detail=self._others.reason)
         if self._in_conflict(values):
             return Condition(DiagnosticStatus.ERROR, 'stopped', detail='; '.join([CONFLICT, *problems]))
         if self._far and drives:

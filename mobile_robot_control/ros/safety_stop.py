@@ -14,6 +14,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from mobile_robot_control.control.limits import allowed_distance
+from mobile_robot_control.ros.namesakes import Namesakes
 from mobile_robot_control.ros.process import ros_home
 from mobile_robot_control.ros.qos import LATCHED
 from mobile_robot_control.system.files import FileKind, explain, read_bounded, write_atomically
@@ -105,6 +106,8 @@ class SafetyStop:
         Called after each request: applies it at once and returns the condition of the node in words.
     note : callable
         Called with the reason of each stop, and with '' at each release.
+    others : Namesakes
+        Other nodes of this name, while which send no release acts.
 
     Attributes
     ----------
@@ -113,8 +116,10 @@ class SafetyStop:
 
     """
 
-    def __init__(self, node: Node, act: Callable[[], str], note: Callable[[str], None]) -> None:
-        self._node, self._act, self._note = node, act, note
+    def __init__(
+        self, node: Node, act: Callable[[], str], note: Callable[[str], None], others: Namesakes
+    ) -> None:
+        self._node, self._act, self._note, self._others = node, act, note, others
         self.reason = ''
         self._closest = math.inf
         self._publisher = node.create_publisher(String, STOPPED, LATCHED)
@@ -167,6 +172,11 @@ class SafetyStop:
         return self._answer(response, self.reason or _BY_REQUEST)
 
     def _on_release(self, _request: Any, response: Any) -> Any:
+        several = self._others.sending()
+        if several:
+            response.success, response.message = False, several
+            return response
+        self._others.reason = ''
         return self._answer(response, '')
 
     def _answer(self, response: Any, reason: str) -> Any:

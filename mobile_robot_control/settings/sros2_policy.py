@@ -17,6 +17,7 @@ from mobile_robot_control.topics import (
     OTHER_TOPICS,
     PATH_TOPIC,
     SHARED_TOPICS,
+    STOPPED,
     extended,
 )
 
@@ -74,6 +75,8 @@ def _of_node(node: str) -> _Permissions:
         inputs |= dict.fromkeys(answer for graph in graphs for _, answer in graph.answers)
     # rclpy itself subscribes to /clock if use_sim_time is true
     inputs |= dict.fromkeys(topic for topic, nodes in OTHER_INPUTS.items() if node in nodes)
+    if node == 'position_controller':  # beside another one of its name
+        inputs |= dict.fromkeys(('cmd_vel', STOPPED))
     if node in OTHER_INPUTS[CORRECTION]:
         inputs |= dict.fromkeys(('/tf', '/tf_static'))
     return _Permissions([*loop, *others], [*inputs, '/clock'],

@@ -3,6 +3,7 @@
 import math
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
@@ -35,6 +36,10 @@ class Base:
     def start_nodes(self, *names):
         for name in names:
             self._robot.start(name, arguments=self._files)
+
+    def command(self, name):
+        """Return the words that start a node."""
+        return [str(Path(sys.executable).with_name(name)), '--ros-args', *self._files]
 
     def start(self, *options):
         self.process = subprocess.Popen([sys.executable, stand_in_base.__file__, *map(str, options)])
@@ -114,3 +119,29 @@ def test_a_robot_that_turns_the_other_way_is_stopped_with_the_reason(robot, star
     base = started('--turned')
     robot.spin_until(lambda: 'odometry moves against the command' in base.told.get('position_controller', ''))
     robot.spin_until(lambda: base.odom and max(map(abs, base.odom[-1][1])) < 1e-3)
+
+
+def test_a_second_controller_of_one_name_does_not_drive_and_a_stop_holds_for_both(robot, started, tmp_path):
+    base = started()
+    robot.spin_until(base.drives)
+    with (tmp_path / 'second.log').open('w') as log:
+        second = subprocess.Popen(base.command('position_controller'), stderr=log)
+    try:
+        robot.spin_until(lambda: 'is not driven: 2 nodes named /position_controller send cmd_vel' in (
+            tmp_path / 'second.log').read_text())
+        # the first one goes on, and no release acts while two send; either of both answers
+        robot.listen(1.0)
+        robot.spin_until(base.drives)
+        for _ in range(2):
+            assert robot.trigger('position_controller/stop')[0]
+        robot.spin_until(lambda: max(map(abs, base.odom[-1][1])) < 1e-3)
+        released, told = robot.trigger('position_controller/release')
+        assert not released
+        assert '2 nodes named /position_controller' in told
+    finally:
+        second.kill()
+        second.wait()
+    robot.listen(1.5)
+    assert max(map(abs, base.odom[-1][1])) < 1e-3
+    assert robot.trigger('position_controller/release')[0]
+    robot.spin_until(lambda: base.odom[-1][1].linear > 0.05)

@@ -191,7 +191,12 @@ class LoopNode(Node, Generic[NodeGroup]):
         """Publish outputs with a stamp [ns]."""
         for topic, publisher, write in self._outputs:
             if topic in outputs:
-                publisher.publish(write(stamp, outputs[topic]))
+                message = write(stamp, outputs[topic])
+                publisher.publish(message)
+                self.note_sent(topic, message)
+
+    def note_sent(self, topic: str, message: bytes) -> None:
+        """Note a message that was published."""
 
     def note_step(self, stamp: int) -> None:
         """Note a step with a stamp [ns], and publish the changes that act from there on."""

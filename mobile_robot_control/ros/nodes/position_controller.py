@@ -14,6 +14,7 @@ from mobile_robot_control.ros.conversions import reader
 from mobile_robot_control.ros.diagnostics import LAW_FAILED, Condition
 from mobile_robot_control.ros.localisation import LocalisationInput
 from mobile_robot_control.ros.lockstep import Outputs
+from mobile_robot_control.ros.namesakes import COMMAND
 from mobile_robot_control.ros.nodes.loop_node import LoopNode
 from mobile_robot_control.ros.odometry import OdomAge, OdomConflict, WallClockOdomAge
 from mobile_robot_control.ros.robot_guard import LawRunner, LockstepGuard, RobotGuard
@@ -43,7 +44,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._guard: LockstepGuard | RobotGuard = LockstepGuard(self, self._law) if shared.lockstep else RobotGuard(
             self, self._law,
             partial(OdomConflict, self, self._watch, self._robot_clock, self.parameters.input_timeout), self._act,
-            lambda event: self._events.publish(self._clock_stamp(), event))
+            lambda event: self._events.publish(self._clock_stamp(), event), self._kind(COMMAND))
         self._drives = False
         self._feeds = shared.feedforward.enabled
         topics = [topic for topic, wanted in (('odom', True), ('odom_time', shared.has_odom_time), (
@@ -114,6 +115,11 @@ class PositionController(LoopNode[PositionControllerParameters]):
             return (reference,)
         now, *later = horizon
         return (reference._replace(acceleration=now.acceleration), *later)
+
+    def note_sent(self, topic: str, message: bytes) -> None:
+        """Note a command."""
+        if topic == COMMAND:
+            self._guard.note_sent(message)
 
     def receive(self, topic: str, stamp: int, value: Any) -> Any:
         """Receive odometry; return it with the velocity of the robot."""

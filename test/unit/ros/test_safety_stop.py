@@ -18,10 +18,14 @@ class Controller:
 
     def __init__(self, domain=7, name='/position_controller'):
         self.published, self.logged, self.services, self.acts, self.noted = [], [], {}, 0, []
+        self.others, self.reason = '', ''
         self.again = ''
         self.context = types.SimpleNamespace(get_domain_id=lambda: domain)
         self.get_fully_qualified_name = lambda: name
-        self.stop = SafetyStop(self, self.act, self.noted.append)
+        self.stop = SafetyStop(self, self.act, self.noted.append, self)
+
+    def sending(self):
+        return self.others
 
     def get_logger(self):
         return types.SimpleNamespace(error=self.logged.append, info=self.logged.append)
@@ -147,3 +151,15 @@ def test_what_is_there_and_cannot_be_read_is_a_stop(node):
                   lambda file: file.write_bytes(bytes(1 << 17)), lambda file: (file.unlink(), file.mkdir())):
         spoil(node.stop._memory.file)
         assert Controller().stop.reason
+
+
+def test_no_release_acts_while_another_node_of_the_name_sends(tmp_path, monkeypatch):
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    node = Controller()
+    node.call('stop')
+    node.others = '2 nodes named /position_controller send cmd_vel'
+    assert node.call('release') == (False, node.others)
+    assert node.stop.reason
+    node.others = ''
+    assert node.call('release')[0]
+    assert not node.stop.reason
