@@ -15,7 +15,7 @@ from mobile_robot_control.analysis.margins import (
 )
 from mobile_robot_control.analysis.modelled import Described, describe_model, drive_of
 from mobile_robot_control.loop.monte_carlo import Scenarios
-from mobile_robot_control.loop.scenarios import Scenario
+from mobile_robot_control.loop.scenarios import COULOMB, Scenario
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.settings.nodes import Configuration, counted_twice
 from mobile_robot_control.system.texts import as_lines
@@ -70,8 +70,9 @@ def promise(configuration: Configuration, scenarios: Sequence[Scenario]) -> Prom
 
 
 def describe_scenarios(configuration: Configuration, scenarios: Sequence[Scenario]) -> Described:
-    """Return the modelled effects of a checked configuration in scenarios, which set delay and noise themselves."""
-    delays = sorted(set(Scenarios.of(scenarios).delay.tolist()))
+    """Return the modelled effects of a checked configuration in scenarios: these set delay, noise, perhaps friction."""
+    columns = Scenarios.of(scenarios)
+    delays = sorted(set(columns.delay.tolist()))
     span = f'{delays[0]} to {delays[-1]}' if len(delays) > 1 else f'{delays[0]}'
     times = [f'{span} velocity periods'] if delays[-1] else []
     moved, base = 'motors', configuration.plant.model.base
@@ -82,7 +83,9 @@ def describe_scenarios(configuration: Configuration, scenarios: Sequence[Scenari
     noise = scenarios[0].noise
     strength = ' and '.join(f'{value:g} {unit}' for value, unit in zip(
         (*noise.pose, noise.velocity), ('m', 'm', 'rad', 'rad/s'), strict=True))
+    rubbing = columns.robots[:, columns.robot_names.index(COULOMB)] if COULOMB in columns.robot_names else ()
     return describe_model(configuration, {
+        **({'Coulomb friction': f'{min(rubbing):g} to {max(rubbing):g} N m'} if any(rubbing) else {}),
         f'dead time of the {moved}': ' and '.join(times),
         'noise': strength if any((*noise.pose, noise.velocity)) else '',
     })

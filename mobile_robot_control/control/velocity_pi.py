@@ -12,6 +12,9 @@ from mobile_robot_control.model.robot import Robot, angular_inertia, half_separa
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import FASTEST, BodyAcceleration, BodyVelocity, WheelTorque
 
+_SLOW = 10.0
+"""Integral time in time constants of the proportional loop, above which a lasting error outlives a manoeuvre."""
+
 
 class VelocityGains(NamedTuple):
     """Gains of Eq. (17)."""
@@ -291,6 +294,19 @@ def slowest_stable_rate(gains: VelocityGains, robot: Robot, rate: float, delays:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if stable(middle) else (middle, high)
     return high
+
+
+def slow_integrals(gains: VelocityGains, robot: Robot) -> str:
+    """
+    Describe integral times of more than ten times the time constant of their closed proportional loop; '' for none.
+
+    That is the inertia over the gain, (A+B)/(K1 R) and (A-B)/K2, without the friction that an integral is for.
+    """
+    constants = {'ti1': linear_inertia(robot) / (gains.k1 * half_separation(robot)),
+                 'ti2': angular_inertia(robot) / gains.k2}
+    return ' and '.join(
+        f'{name} = {getattr(gains, name):.3g} s, {getattr(gains, name) / constant:.0f} time constants of its '
+        'proportional loop' for name, constant in constants.items() if getattr(gains, name) > _SLOW * constant)
 
 
 def instability(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool) -> str:

@@ -99,6 +99,7 @@ class Actions:
     ) -> None:
         self._link, self._recordings, self._saved, self._nodes = link, recordings, saved, nodes
         self._reads_laws = reads_laws and nodes is not None
+        self._setting = asyncio.Lock()
         self.teaching = Teaching(lessons, robot, RobotAccess(self._present, self._change, self._begin_run))
         self._handlers: dict[str, Callable[[Mapping[str, Any]], Awaitable[Answer]]] = {
             'set': self._set, 'save': self._save, 'record': self._record,
@@ -137,7 +138,9 @@ class Actions:
         def send() -> Future[str]:
             return self._link.book.set(node, values)
 
-        refused = await self._ask(send)
+        # one after another, of whichever page: each stops the node for a moment
+        async with self._setting:
+            refused = await self._ask(send)
         return Answer(not refused, refused)
 
     async def _step(self, _: Mapping[str, Any]) -> Answer:

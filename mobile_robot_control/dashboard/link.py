@@ -9,7 +9,6 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from contextlib import suppress
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -223,18 +222,21 @@ class RobotLink:
             executor.shutdown()
 
     def _do_jobs(self) -> None:
-        with suppress(queue.Empty):
-            while True:
-                job, done = self._jobs.get_nowait()
-                try:
-                    result = job()
-                except Exception as error:  # for the caller
-                    done.set_exception(error)
-                    continue
-                if isinstance(result, Future):
-                    result.add_done_callback(partial(_hand_on, done))
-                else:
-                    done.set_result(result)
+        # those that come meanwhile wait: a flood of them would stop the sampling
+        for _ in range(self._jobs.qsize()):
+            job, done = self._jobs.get_nowait()
+            # its page may have gone
+            if not done.set_running_or_notify_cancel():
+                continue
+            try:
+                result = job()
+            except Exception as error:  # for the caller
+                done.set_exception(error)
+                continue
+            if isinstance(result, Future):
+                result.add_done_callback(partial(_hand_on, done))
+            else:
+                done.set_result(result)
         self.calls.look()
         self.disturbances.look()
 

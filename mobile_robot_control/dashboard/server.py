@@ -24,7 +24,7 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from mobile_robot_control.dashboard.actions import Actions
+from mobile_robot_control.dashboard.actions import Actions, Answer
 from mobile_robot_control.dashboard.link import PERIOD, RobotLink
 from mobile_robot_control.dashboard.markup import PAGE
 from mobile_robot_control.dashboard.snapshot import shown_parameters
@@ -191,6 +191,7 @@ class _Session:
         self.sent = self.received = 0
         self.told: dict[str, str] = {}
         self.topics = False
+        self.asked: set[str] = set()
         self.waiting: asyncio.Queue[str] = asyncio.Queue()
 
     def send(self, kind: str, value: str) -> None:
@@ -292,9 +293,19 @@ class PageServer:
         elif request.get('do') == 'topics':
             session.topics = request.get('shown') is True
         else:
-            answer = await self._served.actions.fulfil(request, session)
-            number = request.get('number')
+            answer, number = await self._answer(request, session), request.get('number')
             session.send('answer', json.dumps([number if isinstance(number, int) else 0, answer.good, answer.text]))
+
+    async def _answer(self, request: dict[str, Any], session: _Session) -> Answer:
+        """Fulfil a request, unless the same page waits for another one of its kind: a flood of them stalls the loop."""
+        kind = str(request.get('do'))
+        if kind in session.asked:
+            return Answer(False, f"a request '{shortened(kind, 20)}' of this page has no answer yet; wait for it")
+        session.asked.add(kind)
+        try:
+            return await self._served.actions.fulfil(request, session)
+        finally:
+            session.asked.remove(kind)
 
     def run(self, listening: socket.socket, stopped: Callable[[], bool]) -> None:
         """Serve on a socket until `stopped` returns True."""

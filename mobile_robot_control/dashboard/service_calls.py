@@ -4,7 +4,7 @@ from __future__ import annotations  # rclpy's classes are generic from kilted on
 
 import time
 from concurrent.futures import Future
-from typing import Any
+from typing import Any, NamedTuple
 
 from rclpy.node import Node
 
@@ -14,6 +14,16 @@ _PATIENCE = 3.0
 
 class NoAnswerError(RuntimeError):
     """Raised for a missing or silent service; the text names it and the remedy."""
+
+
+class _Call(NamedTuple):
+    """A call until its answer: its deadline [s], service and request, rclpy's future once it is sent, and ours."""
+
+    deadline: float
+    name: str
+    request: Any
+    sent: Any
+    done: Future[Any]
 
 
 class ServiceCalls:
@@ -30,7 +40,7 @@ class ServiceCalls:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._clients: dict[str, Any] = {}
-        self._pending: list[tuple[float, str, Any, Any, Future[Any]]] = []
+        self._pending: list[_Call] = []
 
     def prepare(self, kind: Any, name: str) -> None:
         """Let a service discover its client before the first call: a response to an unknown client is lost."""
@@ -58,16 +68,20 @@ class ServiceCalls:
             With the response, or NoAnswerError.
 
         """
-        done: Future[Any] = Future()
+        now = time.monotonic()
+        call = _Call(now + patience, name, request, None, Future())
         self.prepare(kind, name)
-        self._pending.append((time.monotonic() + patience, name, request, None, done))
-        self.look()
-        return done
+        self._pending += self._looked_at([call], now)
+        return call.done
 
     def look(self) -> None:
         """Send calls that wait for discovery, and give up those that have waited too long."""
-        now, left = time.monotonic(), []
-        for deadline, name, request, before, done in self._pending:
+        self._pending = self._looked_at(self._pending, time.monotonic())
+
+    def _looked_at(self, calls: list[_Call], now: float) -> list[_Call]:
+        """Send calls or give them up; return those that wait."""
+        left = []
+        for deadline, name, request, before, done in calls:
             client, sent = self._clients[name], before
             if sent is None and client.service_is_ready():
                 sent = client.call_async(request)
@@ -80,8 +94,8 @@ class ServiceCalls:
                 what = 'gave no answer' if sent is not None else 'is not there'
                 done.set_exception(NoAnswerError(f'the service {name} {what}; look at the state of its node'))
                 continue
-            left.append((deadline, name, request, sent, done))
-        self._pending = left
+            left.append(_Call(deadline, name, request, sent, done))
+        return left
 
     def forget(self, prefix: str) -> None:
         """Drop the clients of a node that has gone, by the prefix of their names."""

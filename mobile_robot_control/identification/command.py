@@ -6,11 +6,11 @@ in `joint_states` give mass, inertia and friction of a robot that takes torques;
 `cmd_vel`, add `-p plant.drive:=velocity`. The model is the plant's own, driven by the recorded commands. It
 needs the extra `fast`.
 
-Each number has a 95 % interval that allows for correlated residuals. Limits and dead zones are written
-where the recording shows them. A model fitted without the last fifth of each bag predicts it, and the error
-judges it: below 10 % of the motion it is good, up to 30 % usable; a worse one is written with --accept alone.
-Intervals of a model that fails a test are wider by its error. Numbers that the recording leaves open are named with
-what to record, and not written.
+Each number has a 95 % interval that allows for correlated residuals. Limits and dead zones are written where the
+recording shows them. A model fitted without the last fifth of each bag predicts it, and the error judges it: below
+10 % of the motion, and with a twist of odom that agrees with its poses, it is good, up to 30 % usable; a worse one
+is written with --accept alone. Intervals of a model that fails a test are wider by its error. Numbers that the
+recording leaves open are named with what to record, and not written.
 
 - `base.dead_time` includes the latency of odometry, unless --same-clock separates them.
 - A pose from outside, `ground_truth` in any frame, gives `odometry.radius_error`, `odometry.separation_error` and

@@ -1,6 +1,7 @@
 """Texts on missing data of a recording, on open questions, and on missing parts of its model."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -20,15 +21,20 @@ _SURE = 5.0
 """... if it is so many times its random value."""
 _SLIGHT = 0.01
 """Residuals below this share of the motion are not reported."""
+_MISSED = 0.5
+"""Share of a motion that another one may miss and still count as the same."""
+_LATER = np.arange(0.0, 2.05, 0.1)
+"""[s] by which a motion may follow its command."""
 _EXCITE = 'record a minute of starts, stops, slow and fast commands, such as those of the command excite'
 
 
 class Lack(NamedTuple):
-    """Missing data, the remedy, and whether the identification is impossible without them."""
+    """Missing data, the remedy, whether nothing can be identified without them, and whether twist and poses differ."""
 
     text: str
     remedy: str
     is_vital: bool = False
+    contradicts: bool = False
 
     def __str__(self) -> str:
         return f'{self.text}: {self.remedy}'
@@ -65,6 +71,7 @@ def _lacks_of_velocity(recordings: Sequence[Recorded]) -> Iterator[Lack]:
     usable = [one for one in recordings if one.commands and one.motion]
     if not usable:
         return
+    yield from _contradictions(usable)
     moves = [np.abs(one.motion.speeds[one.motion.usable]).max(axis=0, initial=0.0) for one in usable if one.motion]
     if any(one.motion.usable.any() for one in usable if one.motion) and (np.max(moves, axis=0) < STILL).all():
         yield Lack('the robot stands', _EXCITE, True)
@@ -84,6 +91,81 @@ def _lacks_of_velocity(recordings: Sequence[Recorded]) -> Iterator[Lack]:
     for n, name, unit in ((0, 'v', 'm/s'), (1, 'ω', 'rad/s')):
         if (linear, angular)[n]:
             yield from _lacks_of_a_velocity(usable, n, name, unit)
+
+
+def _contradictions(recordings: Sequence[Recorded]) -> Iterator[Lack]:
+    """Yield contradictions of the poses of odometry to its twist, and to the commands."""
+    for n, (name, unit, least) in enumerate((('v', 'm/s', 0.3), ('ω', 'rad/s', 0.5))):
+        moved, asked = _over_windows(recordings, n, _asked)
+        if np.abs(asked).sum() > least and np.abs(moved).sum() > least:
+            beside = [_over_windows(recordings, n, partial(_asked, late=late)) for late in _LATER.tolist()]
+            fits = [_gain(asked, moved) for moved, asked in beside]
+            against, along = (min((left for gain, left in fits if gain * sign > 0.0), default=1.0)
+                              for sign in (-1.0, 1.0))
+            if against < min(along, _MISSED):
+                yield Lack(f'{name} of odometry moves against the command: wheels or encoders are swapped, or axes '
+                           'point down (NED)', 'mend the sign in the driver, and record again', True)
+        moved, told = _over_windows(recordings, n, _told)
+        moves, tells = np.abs(moved).sum() > least, np.abs(told).sum() > least
+        if moves and not told.any():
+            yield Lack(f'{name} of the twist of odom is always zero while its poses move',
+                       'let the driver publish it: nodes read speeds from it', contradicts=True)
+        elif tells and not np.abs(moved).sum() > 0.01 * np.abs(told).sum():
+            yield Lack(f'the poses of odom stay while {name} of its twist moves',
+                       'let the driver integrate its odometry, and record again', True, True)
+        elif moves and tells:
+            gain, _ = _gain(moved, told)
+            left = np.sqrt(np.mean((moved - told)**2))
+            if left > _MISSED * max(np.sqrt(np.mean(moved**2)), np.sqrt(np.mean(told**2))):
+                yield Lack(f'{name} of the twist of odom is {_unlike(gain, unit)} that of its poses',
+                           'mend the driver, whose twist the nodes read', contradicts=True)
+
+
+def _unlike(gain: float, unit: str) -> str:
+    """Describe the ratio of a twist to the motion of poses."""
+    for ratio, words in ((3.6, 'in km/h, 3.6 times'), (np.degrees(1.0), 'in degrees/s, 57.3 times'),
+                         (-1.0, 'of the opposite sign, -1 times')):
+        if abs(gain / ratio - 1.0) < 0.1 and (ratio < 0.0 or words.startswith('in km/h') == (unit == 'm/s')):
+            return words
+    return f'{gain:.2g} times'
+
+
+def _gain(given: Floats, found: Floats) -> tuple[float, float]:
+    """Return the least-squares ratio of one motion to another, and the share that it leaves."""
+    gain = float(given @ found) / (float(given @ given) + 1e-12)
+    return gain, float(np.sqrt(((found - gain * given)**2).sum() / ((found**2).sum() + 1e-12)))
+
+
+def _over_windows(
+    recordings: Sequence[Recorded], n: int, other: Callable[[Recorded], Floats]
+) -> tuple[Floats, Floats]:
+    """Return the motion of poses in windows of a second, and another motion beside it: v or ω."""
+    rows = []
+    for one in recordings:
+        assert one.motion  # noqa: S101 (for mypy: checked by the caller)
+        number = np.floor(one.motion.times[:-1] - one.motion.times[0]).astype(int)
+        kept = one.motion.usable
+        rows.append([np.bincount(number[kept], values[kept, n]) for values in (one.motion.moved, other(one))])
+    moved, beside = (np.concatenate(column) for column in zip(*rows, strict=True))
+    return moved, beside
+
+
+def _told(one: Recorded) -> Floats:
+    """Return the motion by the twist of odometry between its messages."""
+    assert one.motion  # noqa: S101 (for mypy: checked by the caller)
+    assert one.twist is not None  # noqa: S101 (for mypy, too)
+    found: Floats = 0.5 * (one.twist[1:] + one.twist[:-1]) * np.diff(one.motion.times)[:, None]
+    return found
+
+
+def _asked(one: Recorded, late: float = 0.0) -> Floats:
+    """Return the motion that commands ask for between messages of odometry, so much later [s]."""
+    assert one.motion  # noqa: S101 (for mypy: checked by the caller)
+    assert one.commands  # noqa: S101 (for mypy, too)
+    given = one.commands
+    way = np.concatenate([np.zeros((1, 2)), np.cumsum(given.values[:-1] * np.diff(given.times)[:, None], axis=0)])
+    return np.diff(np.column_stack([np.interp(one.motion.times - late, given.times, way[:, n]) for n in (0, 1)]),
+                   axis=0)
 
 
 def _lacks_of_a_velocity(recordings: Sequence[Recorded], n: int, name: str, unit: str) -> Iterator[Lack]:

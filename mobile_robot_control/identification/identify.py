@@ -100,7 +100,7 @@ def identified(
             else identify_torques(inputs.recordings, inputs.configuration, tell))
     if not made.parameters:
         raise UnidentifiableError([*made.open, *made.lacking])
-    return with_judgement(made)._replace(
+    return with_judgement(made, any(lack.contradicts for lack in inputs.lacks))._replace(
         open=(*map(str, inputs.lacks), *made.open),
         notes=(*made.notes, *inputs.problems),
         provenance=provenance(command_line, inputs.configuration))

@@ -110,9 +110,15 @@ def slip_with_curvature(predictions: Sequence[Prediction], model: str = 'the mod
                    'curves: its slip depends on the curvature')
 
 
-def with_judgement(found: Identification) -> Identification:
-    """Judge a result; widen the intervals of a model that fails a test by its error; an unusable one has none."""
+def with_judgement(found: Identification, contradicts: bool = False) -> Identification:
+    """
+    Judge a result; widen the intervals of a model that fails a test by its error; an unusable one has none.
+
+    No result is good where the twist of odometry contradicts its poses.
+    """
     judgement = judge(found.predictions)
+    if contradicts and judgement.grade == GOOD:
+        judgement = judgement._replace(grade=USABLE)
     found = found._replace(judgement=judgement, lacking=(*found.lacking, *slip_with_curvature(found.predictions)))
     if judgement.grade == UNUSABLE:
         def unknown(one: Parameter) -> Parameter:

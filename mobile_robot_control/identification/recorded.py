@@ -191,6 +191,8 @@ class Recorded(NamedTuple):
         Topics of the bag.
     unusable : dict of str to str
         The reason, in words, for each topic of the loop that the bag holds without use.
+    twist : array of float, shape (n, 2), or None
+        Of odometry, beside its poses [m/s], [rad/s].
     """
 
     name: str
@@ -205,6 +207,7 @@ class Recorded(NamedTuple):
     problems: tuple[str, ...]
     held: tuple[str, ...]
     unusable: dict[str, str]
+    twist: Floats | None = None
 
 
 def read_recorded(
@@ -274,7 +277,7 @@ def _recording(
     torques, wheels = _wheels(signals['joint_states'], clocks['joint_states']) if 'joint_states' in clocks else (
         None, None)
     return Recorded(name, commands, odometry, motion, poses(GROUND_TRUTH), torques, asked, wheels, clocks, problems,
-                    held, unusable)
+                    held, unusable, signals['odom'].values[:, 3:5] if odometry else None)
 
 
 def _without_repeats(odom: Signal) -> Signal:

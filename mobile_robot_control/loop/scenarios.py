@@ -35,6 +35,8 @@ ONE_RUN = 1e9
 """[steps] of a single run: hours, with a progress bar."""
 EACH_OF_MANY = 1e8
 """[steps] of each of many runs: compiled they take seconds, until progress shows."""
+COULOMB = 'plant.friction.coulomb'
+"""Among the values of a scenario's robot."""
 
 
 def check_run_length(asked: str, seconds: float, velocity_rate: float, most: float) -> None:
@@ -131,6 +133,18 @@ def configured_scenario(configuration: Configuration) -> Scenario:
     """Return the scenario of a checked configuration, with its noise and delay."""
     curve, imperfect = configuration.reference_cart.curve, configuration.plant.model.imperfections
     return Scenario(curve.curve, curve.placement.scale, noise=imperfect.noise, delay=imperfect.delay.velocity_steps)
+
+
+def rubbed(scenario: Scenario, coulomb: float) -> Scenario:
+    """Return a scenario with another Coulomb friction at the axle of each wheel [N m]."""
+    return scenario._replace(robot=((COULOMB, coulomb),))
+
+
+def frictions(configuration: Configuration, scenarios: Sequence[Scenario]) -> tuple[list[float], list[float]]:
+    """Return the viscous [N m s/rad] and the Coulomb frictions [N m] in scenarios of a search, each ascending."""
+    plant = configuration.plant
+    return (sorted({plant.shared.robot.viscous_friction * one.friction for one in scenarios}),
+            sorted({dict(one.robot).get(COULOMB, plant.model.friction.coulomb) * one.friction for one in scenarios}))
 
 
 class Draw(NamedTuple):

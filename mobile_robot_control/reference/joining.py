@@ -115,7 +115,7 @@ def join(request: PathRequest, before: Reference, rest: Rest | None = None, anew
         If the path begins too far away, has a cusp, or no motion along it keeps the limits.
 
     """
-    route = route_of(request)
+    route = _route(request, before, rest)
     ways = [way_of(stretch) for stretch in route.stretches]
     start = _start(route, ways, before, request)
     if rest is None and _ends_at(ways, before.pose) and _turns_to(route, before.pose.heading):
@@ -155,7 +155,7 @@ def lead_over(request: PathRequest, before: Reference, rest: Rest) -> Motion:
         If no motion along it keeps the limits.
 
     """
-    route = route_of(request)
+    route = _route(request, before, rest)
     ways = [way_of(stretch) for stretch in route.stretches]
     paths = [part for part in rest.parts if isinstance(part, PlannedPath)]
     number, present = len(ways) - max(1, len(paths)), rest.parts[0]
@@ -180,6 +180,15 @@ def lead_over(request: PathRequest, before: Reference, rest: Rest) -> Motion:
         # on the spot at the end
         return Motion(parts + parts_of(route, len(ways), before.pose.heading), route.ignored)
     return Motion([*parts, *_from_rest(route, ways, start(before.pose), before, request)], route.ignored)
+
+
+def _route(request: PathRequest, before: Reference, rest: Rest | None) -> Route:
+    """Return the stretches of a path for a cart; one in a turn has the heading to which it turns."""
+    if rest is None:
+        return route_of(request, before.pose.heading)
+    present = rest.parts[0]
+    facing = present.reference(present.period) if isinstance(present, Turn) else before
+    return route_of(request, facing.pose.heading, drives=True)
 
 
 def _ends_at(ways: Sequence[Way], pose: Pose) -> bool:

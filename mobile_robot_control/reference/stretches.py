@@ -88,9 +88,18 @@ def is_fitted(request: PathRequest) -> bool:
     return request.path.tolerance > 0.0 and is_dense(request.waypoints.points)
 
 
-def route_of(request: PathRequest) -> Route:
+def route_of(request: PathRequest, facing: float | None = None, *, drives: bool = False) -> Route:
     """
     Divide a path into its stretches.
+
+    Parameters
+    ----------
+    request : PathRequest
+        The path.
+    facing : float or None
+        Heading of the cart at the start [rad]; None without a cart.
+    drives : bool
+        Whether it is on its way, by a path that may be the same one, whose directions it keeps.
 
     Raises
     ------
@@ -106,13 +115,15 @@ def route_of(request: PathRequest) -> Route:
         if not _splits(_opened(request, 1)):
             return Route([_stretch(request)], goal)
         request = _opened(request, path.laps)
-    waypoints, stretches, ignored = request.waypoints, [], list[str]()
-    for first, last in pairwise([0, *_splits(request), len(waypoints.points) - 1]):
-        stretch = _stretch(request._replace(
-            waypoints=waypoints.part(first, last), path=path._replace(closed=False, laps=1)))
-        stretches.append(stretch._replace(
-            backward=path.turn_back == REVERSE and _is_backward(request, stretch, (first, last), ignored),
-            turn=waypoints.turns[first] if waypoints.turns else 0.0))
+    waypoints, ignored = request.waypoints, list[str]()
+    ends = [*pairwise([0, *_splits(request), len(waypoints.points) - 1])]
+    stretches = [
+        _stretch(request._replace(waypoints=waypoints.part(*two), path=path._replace(closed=False, laps=1)))
+        ._replace(turn=waypoints.turns[two[0]] if waypoints.turns else 0.0) for two in ends]
+    if path.turn_back == REVERSE:
+        unused = _equal_headings_unused(waypoints, stretches, facing, drives)
+        stretches = [stretch._replace(backward=_is_backward(request, stretch, two, unused, ignored))
+                     for stretch, two in zip(stretches, ends, strict=True)]
     if goal is None and waypoints.turns and waypoints.turns[-1]:
         arrival = waypoints.headings[-1]
         if arrival is not None and abs(wrap_angle(arrival - stretches[-1].headings[1])) <= _ALONG:
@@ -199,7 +210,37 @@ def polyline(spans: Sequence[Span], parts: int = PARTS) -> list[Point]:
     return points + [span.at(1.0)[:2] for span in spans[-1:]]
 
 
-def _is_backward(request: PathRequest, stretch: Stretch, ends: tuple[int, int], ignored: list[str]) -> bool:
+def _equal_headings_unused(
+    waypoints: Waypoints, stretches: Sequence[Stretch], facing: float | None, drives: bool
+) -> str:
+    """Return in words why headings that are all equal are not used; '' if they are, or differ."""
+    common, *others = {*waypoints.headings} or {None}
+    if common is None or others:
+        return ''
+    ways = [atan2(left - y, ahead - x) for stretch in stretches
+            for (x, y), (ahead, left) in pairwise(polyline(stretch.spans)) if (x, y) != (ahead, left)]
+    # a cart that already drives forwards against them would turn round halfway
+    near = _is_along if drives else _is_on_axis
+    aside = ('the path leads' if not all(_is_on_axis(way, common) for way in ways) else
+             'the cart heads' if facing is not None and not near(facing, common) else '')
+    return aside and (
+        f'all headings are {common:.3g} rad, and are not used: {aside} aside of them by more than 45°; where the robot '
+        "is to reverse, write its heading at each waypoint, or direction = -1 in a file's column")
+
+
+def _is_along(direction: float, heading: float) -> bool:
+    """Return whether a direction lies near a heading [rad]."""
+    return abs(wrap_angle(direction - heading)) <= _ALONG
+
+
+def _is_on_axis(direction: float, heading: float) -> bool:
+    """Return whether a direction lies near a heading or its opposite [rad]."""
+    return _is_along(direction, heading) or _is_along(direction + math.pi, heading)
+
+
+def _is_backward(
+    request: PathRequest, stretch: Stretch, ends: tuple[int, int], unused: str, ignored: list[str]
+) -> bool:
     """Return whether the robot drives a stretch between two waypoints backwards; add headings that are not used."""
     waypoints, (first, last) = request.waypoints, ends
     if waypoints.directions and waypoints.directions[first]:
@@ -207,13 +248,10 @@ def _is_backward(request: PathRequest, stretch: Stretch, ends: tuple[int, int], 
     apart = _apart(request, stretch, ends)
     if not apart or max(apart) <= _ALONG:
         return False
-    words = (f'the headings from {waypoints.places[first]} to {waypoints.places[last]} contradict the path, and are '
-             'not used')
-    if len({*waypoints.headings}) == 1:
-        words = (f'all headings are {waypoints.headings[0]:.3g} rad, and are not used; a column direction with 1 and '
-                 '-1 says where to reverse')
-    elif min(apart) >= math.pi - _ALONG:
+    if not unused and min(apart) >= math.pi - _ALONG:
         return True
+    words = unused or (f'the headings from {waypoints.places[first]} to {waypoints.places[last]} contradict the path, '
+                       'and are not used')
     ignored += [words] if words not in ignored else []
     return False
 

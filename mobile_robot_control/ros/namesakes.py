@@ -62,8 +62,9 @@ class Namesakes:
         """Say that several nodes of this name send commands; '' if no other one does."""
         if time.monotonic() - self._heard > _SENDS:
             return ''
-        return (f'{self._names(COMMAND).count(True)} nodes named {self._node.get_fully_qualified_name()} send {COMMAND}; end '
-                'all but one, or give each robot a namespace, then call release')
+        count, name = self._names(COMMAND).count(True), self._node.get_fully_qualified_name()
+        return (f'{count} nodes named {name} send {COMMAND}; end all but one, or give each robot a namespace, then call '
+                'release')
 
     def note_sent(self, message: bytes) -> None:
         """Note a command of this node."""

@@ -99,7 +99,7 @@ class CheckedParameterService(ParameterService):
 
     def _set_parameters_callback(self, request: Any, response: Any) -> Any:
         asked = request.parameters
-        if len(asked) > 1 and not self._violations(asked):
+        if len(asked) > 1 and not self._checked(asked)[1]:
             together = self._set(asked)
             if together.successful:
                 response.results = [together] * len(asked)
@@ -113,19 +113,19 @@ class CheckedParameterService(ParameterService):
 
     def _set(self, asked: Sequence[Any]) -> SetParametersResult:
         """Apply all or nothing."""
-        violations = self._violations(asked)
+        built, violations = self._checked(asked)
         if violations:
             return SetParametersResult(successful=False, reason='; '.join(violations))
         asked = [one for one in asked if not self._is_unchanged(one)]
         if not asked:
             return SetParametersResult(successful=True)
-        result = self._get_node().set_parameters_atomically([self._converted(one) for one in asked])
+        node = self._get_node()
+        result = node.set_parameters_atomically([self._converted(one) for one in asked])
+        changed = [one.name for one in asked if one.name in self._declared]
         if not result.successful:
             result.reason = f'{", ".join(one.name for one in asked)}: {result.reason}'
-        elif any(one.name in self._declared for one in asked):
-            current = self._current()
-            self._apply(build(self._group, current),
-                        {one.name: current[one.name] for one in asked if one.name in current})
+        elif changed:
+            self._apply(built, {name: node.get_parameter(name).value for name in changed})
         return result
 
     def _converted(self, message: Any) -> Parameter[Any]:
@@ -171,8 +171,8 @@ class CheckedParameterService(ParameterService):
         """Return the present value of each declared parameter."""
         return {name: self._get_node().get_parameter(name).value for name in self._declared}
 
-    def _violations(self, asked: Sequence[Any]) -> list[str]:
-        """List every violation in a call; nothing changes."""
+    def _checked(self, asked: Sequence[Any]) -> tuple[Any, list[str]]:
+        """Return the values of the group after a call, and every violation in it; nothing changes."""
         formal = {message.name: found for message in asked for found in self._formal(message)}
         times = Counter(message.name for message in asked)
         repeated = [f'{name} is given {count} times; give it once' for name, count in times.items() if count > 1]
@@ -181,8 +181,8 @@ class CheckedParameterService(ParameterService):
         try:
             built: Any = build(self._group, self._current() | changed)
         except ParameterError as error:
-            return [*formal.values(), *repeated, *self._named(error.violations, changed)]
-        return [*formal.values(), *repeated, *self._refusals(built)]
+            return None, [*formal.values(), *repeated, *self._named(error.violations, changed)]
+        return built, [*formal.values(), *repeated, *self._refusals(built)]
 
     @staticmethod
     def _named(violations: Iterable[str], changed: Iterable[str]) -> Iterator[str]:

@@ -3,7 +3,7 @@ The command `tune`: search for the gains of a controller, as the chapter does.
 
 The method is described in docs/tuning.md. A rollout has at most 1e8 steps. 150 generations take some ten
 seconds with numba; add `--generations 2` to try it. Every combination of --curves, --scales, --start,
---mass, --friction and --delays is a scenario; an option that is left out keeps the configured value.
+--mass, --friction, --delays and --coulomb is a scenario; an option that is left out keeps the configured value.
 
 For example:
   tune backstepping --seed 1 --params-file config/backstepping.yaml --output my_gains.yaml

@@ -4,11 +4,13 @@ from collections.abc import Iterator, Sequence
 from hashlib import sha256
 from typing import Annotated, Any, NamedTuple
 
+import numpy as np
+
 from mobile_robot_control.analysis.modelled import drive_of
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.loop.monte_carlo import LARGEST_SEED, ScenarioDistribution, draw_scenarios
-from mobile_robot_control.loop.scenarios import Scenario, check_laps, configured_scenario, scenario_grid
+from mobile_robot_control.loop.scenarios import Scenario, check_laps, configured_scenario, rubbed, scenario_grid
 from mobile_robot_control.loop.workers import Workers
 from mobile_robot_control.model.motors import LONGEST_DELAY
 from mobile_robot_control.model.plant import VELOCITY as DRIVEN_BY_VELOCITY
@@ -23,6 +25,9 @@ from mobile_robot_control.search.space import Gains
 from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.nodes import Configuration, path_of
 from mobile_robot_control.version import __version__
+
+_STREAM = 2
+"""Stream of the drawn frictions, apart from that of the random scenarios, which so stay the same."""
 
 
 def _read_start(value: Any) -> Pose:
@@ -47,6 +52,9 @@ class ScenarioRequest(NamedTuple):
     friction: Annotated[tuple[float, ...], Field('', 'factors of its friction', above=0.0)] = (1.0,)
     delays: Annotated[tuple[int, ...], Field('', 'delays of the torques in velocity periods, such as 1 2 for the wall '
                                              'clock', minimum=0, maximum=LONGEST_DELAY)] = ()
+    coulomb: Annotated[tuple[float, ...], Field(
+        'N m', 'least and largest Coulomb friction at the axle of each wheel: listed scenarios are driven with both, '
+        'random ones with one between', minimum=0.0, length=2)] = ()
     random: Annotated[int, Field('', 'number of random scenarios, beside those listed', minimum=0, maximum=100_000)] = 0
     variation: Annotated[float, Field('', 'largest relative change of mass and of friction in random scenarios',
                                       minimum=0.0, below=1.0)] = 0.2
@@ -97,10 +105,13 @@ def _scenarios(request: SearchRequest, parameters: Configuration) -> Iterator[Sc
     # by default the robot starts with the cart, on every curve
     given = 'initial_pose' in request.sources.values()['plant']
     starts = asked.start or (None if given else Pose(0.0, 0.0, 0.0),)
-    yield from scenario_grid(nominal, curves, scales, starts, asked.mass, asked.friction, delays)
+    listed = scenario_grid(nominal, curves, scales, starts, asked.mass, asked.friction, delays)
+    yield from (rubbed(one, value) for one in listed for value in asked.coulomb) if asked.coulomb else listed
     spread = ScenarioDistribution(tuple(curves), tuple(scales), asked.within, asked.variation, nominal.noise, 0)
+    drawn = np.random.default_rng((asked.scenario_seed, _STREAM))
     for n, scenario in enumerate(draw_scenarios(spread, asked.random, asked.scenario_seed)):
-        yield scenario._replace(delay=delays[n % len(delays)])
+        late = scenario._replace(delay=delays[n % len(delays)])
+        yield rubbed(late, float(drawn.uniform(asked.coulomb[0], asked.coulomb[1]))) if asked.coulomb else late
 
 
 class Search:
@@ -160,7 +171,14 @@ def _searched(request: SearchRequest) -> Configuration:
     """Return the configuration of the searched gains; raise ParameterError if there is none."""
     parameters = request.sources.configuration()
     check_laps(request.laps, parameters)
-    velocity = request.controller == space.VELOCITY
+    velocity, coulomb = request.controller == space.VELOCITY, request.scenarios.coulomb
+    if coulomb and coulomb[0] > coulomb[1]:
+        raise ParameterError([f'coulomb = {coulomb[0]:g} {coulomb[1]:g} N m begins with the larger one; write the '
+                              'smaller one first'])
+    if coulomb and parameters.plant.model.drive == DRIVEN_BY_VELOCITY:
+        raise ParameterError([f"coulomb = {coulomb[0]:g} {coulomb[1]:g} N m acts on no robot with plant.drive = "
+                              "'velocity': its base overcomes friction itself; leave it out, or set "
+                              'plant.base.dead_zone'])
     if parameters.plant.model.drive == DRIVEN_BY_VELOCITY and (velocity or request.with_velocity):
         raise ParameterError(["plant.drive = 'velocity' has no velocity gains to search for: the base closes that loop "
                               "itself; search for those of a position law, without --with-velocity"])

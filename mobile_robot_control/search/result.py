@@ -8,8 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mobile_robot_control.analysis.promises import Promise, promise, promise_lines
+from mobile_robot_control.control.velocity_pi import slow_integrals
 from mobile_robot_control.loop.batch import TrialRunner
+from mobile_robot_control.loop.scenarios import frictions
 from mobile_robot_control.loop.workers import runner
+from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.parameters.declaration import declarations, flatten
 from mobile_robot_control.parameters.rcl_yaml import dump_yaml
 from mobile_robot_control.runs.metrics import summary
@@ -65,7 +68,7 @@ class Tuned(NamedTuple):
     better : Better
         Scores of the gains found and of those configured.
     cautions : tuple of str
-        Sentences about gains at the edge of their bounds.
+        Sentences about gains at the edge of their bounds, and about slow integrals.
     """
 
     controller: str
@@ -129,8 +132,19 @@ def tuned_of(search: Search, found: Found, objective: Objective, command_line: s
     edges = () if better.as_configured else tuple(
         f'{edge}: a search with other --bounds may find better gains'
         for edge in space.at_the_edge(search.goal.genes, point))
+    slow = '' if configuration.plant.model.drive == VELOCITY else slow_integrals(
+        better.gains.velocity, configuration.plant.shared.robot)
+    cautions = (*edges, *([f'slow integrals: {slow}; {_assumed(search)}'] if slow else []))
     return Tuned(search.goal.controller, better.score, named, found.history, configuration,
-                 provenance(command_line, configuration), search, better, edges)
+                 provenance(command_line, configuration), search, better, cautions)
+
+
+def _assumed(search: Search) -> str:
+    """Describe the frictions of a search, and the remedy against integrals that are slow on others."""
+    viscous, coulomb = (f'{values[0]:.3g}' + (f' to {values[-1]:.3g}' if len(values) > 1 else '')
+                        for values in frictions(search.parameters, search.goal.scenarios))
+    return (f'on friction other than assumed, viscous {viscous} N m s/rad and Coulomb {coulomb} N m, errors last: '
+            'search with --coulomb or smaller --bounds')
 
 
 def write_result(tuned: Tuned, file: Path, trials: TrialRunner) -> Promise:

@@ -13,6 +13,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   const listeners = {};
   /** @type {Map<number, (answer: Answer) => void>} */
   const waiting = new Map();
+  // The last request of each kind: the server takes one at a time.
+  /** @type {Record<string, Promise<unknown>>} */
+  const last = {};
   let number = 0, next = 0;
   /** @type {WebSocket} */
   let socket;
@@ -27,14 +30,19 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     // Ask the server; the promise has {good, text}.
     ask(request) {
       number += 1;
-      const mine = number;
-      return new Promise((resolve) => {
+      const mine = number, before = last[request.do] || Promise.resolve();
+      /** @type {Promise<Answer>} */
+      const answered = new Promise((resolve) => {
         waiting.set(mine, resolve);
-        // an answer that was lost with the connection never comes
-        setTimeout(() => live.answer([mine, false, 'the server of this page gave no answer; load the page again']),
-          ['lesson', 'move', 'record'].includes(request.do) ? OF_A_START : PATIENCE);
-        live.send({...request, number: mine});
+        before.then(() => {
+          // an answer that was lost with the connection never comes
+          setTimeout(() => live.answer([mine, false, 'the server of this page gave no answer; load the page again']),
+            ['lesson', 'move', 'record'].includes(request.do) ? OF_A_START : PATIENCE);
+          live.send({...request, number: mine});
+        });
       });
+      last[request.do] = answered;
+      return answered;
     },
     // Whether every request is answered.
     idle: () => waiting.size === 0,

@@ -94,7 +94,7 @@ def names(draw, place):  # noqa: PLR0911 (one for each form)
 _NUMERIC = {
     'simulate': ['--duration'], 'experiment': ['--patience', '--duration'],
     'tune': ['--seed', '--population', '--generations', '--time-limit', '--laps', '--scales', '--mass', '--friction',
-             '--delays', '--random', '--variation', '--within', '--scenario-seed', '--start', '--workers'],
+             '--delays', '--coulomb', '--random', '--variation', '--within', '--scenario-seed', '--start', '--workers'],
     'study': ['--runs', '--seed', '--laps', '--scales', '--within', '--variation', '--noise-pose', '--noise-velocity',
               '--longest-delay', '--workers'],
 }

@@ -15,7 +15,7 @@ from mobile_robot_control.analysis.promises import (
     promise_values,
     warnings_of,
 )
-from mobile_robot_control.loop.scenarios import configured_scenario
+from mobile_robot_control.loop.scenarios import configured_scenario, rubbed
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.settings.configure import configure
@@ -80,6 +80,10 @@ def test_a_base_names_its_own_effects_and_none_of_motors():
     found = describe_scenarios(base, [configured_scenario(base)._replace(delay=delay) for delay in (0, 8)])
     assert found.modelled == {'dead time of the base': '0.06 and 0.02 s and 0 to 8 velocity periods'}
     assert not any('motors' in phrase for phrase in (*found.not_modelled, *found.unknown))
+    # and their friction is that of the motors
+    nominal = configured_scenario(configure({}))
+    found = describe_scenarios(configure({}), [rubbed(nominal, coulomb) for coulomb in (0.0, 0.2)])
+    assert found.modelled['Coulomb friction'] == '0 to 0.2 N m'
 
 
 BASE_EFFECTS = {

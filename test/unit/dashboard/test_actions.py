@@ -60,6 +60,30 @@ def test_a_request_without_sense_is_refused_in_words(tmp_path):
     assert answer == (False, 'plant refuses mass')
 
 
+def test_pages_set_parameters_one_after_another(tmp_path):
+    pending = []
+
+    class Slow(Graph):
+        """Answers later."""
+
+        def submit(self, job):
+            pending.append(Future())
+            return pending[-1]
+
+    async def ask():
+        actions = Actions(Slow(), None, tmp_path)
+        asked = [asyncio.create_task(actions.fulfil({'do': 'set', 'node': 'plant', 'values': {'mass': n}}))
+                 for n in range(3)]
+        for n in range(3):
+            for _ in range(20):
+                await asyncio.sleep(0.0)
+            assert len(pending) == n + 1
+            pending[n].set_result('')
+        assert all(await asyncio.gather(*asked))
+
+    asyncio.run(ask())
+
+
 def test_saved_parameters_read_back_the_same_and_replace_no_file(tmp_path):
     present = {node: {name: list(value) if isinstance(value, tuple) else value for name, value in flatten(part).items()}
                for node, part in Configuration()._asdict().items()}

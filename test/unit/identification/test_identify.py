@@ -1,6 +1,7 @@
 """The command `identify`: files, page, exit codes."""
 
 import json
+import math
 import shutil
 import struct
 import sys
@@ -9,7 +10,7 @@ import warnings
 import numpy as np
 import pytest
 import yaml
-from helpers.bag_making import CMD_VEL, KINDS
+from helpers.bag_making import CMD_VEL, KINDS, ODOM
 from helpers.drawn_robots import commands, record
 
 from mobile_robot_control.identification import command, judgement
@@ -18,11 +19,14 @@ from mobile_robot_control.identification.export import export_text
 from mobile_robot_control.identification.identify import identify
 from mobile_robot_control.identification.result import Identification, Judgement, Parameter, Prediction, read_estimates
 from mobile_robot_control.messages.bag_files import BagFiles
+from mobile_robot_control.messages.cdr import deserialise
+from mobile_robot_control.messages.parsing import read_odometry, serialised_stamp
 from mobile_robot_control.model.base import Base
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.quantities import BodyVelocity
+from mobile_robot_control.quantities import BodyVelocity, Pose
 from mobile_robot_control.runs.bag_writer import BagWriter
 
+NAMES = {'odom': '/base/odom', 'cmd_vel': '/base/cmd_vel'}
 TOPICS = ['--topic', 'odom:=/base/odom', '--topic', 'cmd_vel:=/base/cmd_vel']
 
 
@@ -156,6 +160,51 @@ def _rewritten(bag, path, change):
             writer.write(changed.topic, changed.kind, changed.received, changed.data)
     assert not writer.failure
     return path
+
+
+_ODD = {
+    # a twist, given poses and twist [m, rad, m/s, rad/s], and words on it
+    'km/h': (lambda v, omega: (3.6 * v, omega), 'v of the twist of odom is in km/h, 3.6 times that of its poses'),
+    'degrees': (lambda v, omega: (v, math.degrees(omega)), 'ω of the twist of odom is in degrees/s, 57.3 times'),
+    'other sign': (lambda v, omega: (v, -omega), 'ω of the twist of odom is of the opposite sign'),
+    'zero': (lambda v, omega: (0.0, omega), 'v of the twist of odom is always zero while its poses move'),
+}
+
+
+def _with_odometry(bag, path, change):
+    """Write a bag again with other poses and twists."""
+    def changed(message, _):
+        if message.topic != '/base/odom':
+            return message
+        pose, twist = read_odometry(deserialise(KINDS['odom'], message.data))
+        return message._replace(data=ODOM(serialised_stamp(message.data), *change(pose, twist)))
+
+    return _rewritten(bag, path, changed)
+
+
+@pytest.mark.parametrize('odd', _ODD)
+def test_a_twist_that_contradicts_the_poses_is_named_and_no_model_is_good(bag, tmp_path, capsys, odd):
+    change, words = _ODD[odd]
+    wrong = _with_odometry(bag, tmp_path / 'wrong', lambda pose, twist: (pose, BodyVelocity(*change(*twist))))
+    assert main([str(wrong), *TOPICS, '--check']) == 0
+    assert words in capsys.readouterr().out
+    if odd == 'zero':
+        assert identify(wrong, topics=NAMES).judgement.grade == 'usable'
+
+
+def test_odometry_that_moves_against_the_command_or_not_with_its_twist_identifies_nothing(bag, tmp_path, capsys):
+    mirrored = _with_odometry(bag, tmp_path / 'mirrored', lambda pose, twist: (
+        Pose(pose.x, -pose.y, -pose.heading), BodyVelocity(twist.linear, -twist.angular)))
+    frozen = _with_odometry(bag, tmp_path / 'frozen', lambda _, twist: (Pose(0.0, 0.0, 0.0), twist))
+    for wrong, words in ((mirrored, 'ω of odometry moves against the command: wheels or encoders are swapped'),
+                         (frozen, 'the poses of odom stay while v of its twist moves')):
+        assert main([str(wrong), *TOPICS, '--output', str(tmp_path / 'mine.yaml')]) == 1
+        told = capsys.readouterr().err
+        assert words in told
+        assert 'v of odometry moves against' not in told
+    assert main([str(bag), *TOPICS, '--check']) == 0
+    told = capsys.readouterr().out
+    assert not any(word in told for word in ('twist', 'against'))
 
 
 def _later(message, by, received):

@@ -36,15 +36,21 @@ def parts(motion):
 
 
 BACK = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 0.01)]
+STRAIGHT = [(0.0, 0.0, 0.0), (-0.6, 0.0, 0.0), (-1.2, 0.0, 0.0)]
 SPOT = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 0.8), (1.0, 0.0, QUARTER), (1.0, 1.0, QUARTER)]
 
 
 @pytest.mark.parametrize(('rows', 'options', 'expected'), [
     (BACK, {'turn_back': 'turn'}, [1.0, '+180°', 1.0]),
     (BACK, {}, [1.0, -1.0]),
-    # without headings, and with equal ones
+    # without headings; equal ones count where the whole path lies within 45° of them or of their opposite
     ([row[:2] for row in BACK], {}, [1.0, '+180°', 1.0]),
-    ([(*row[:2], 0.0) for row in BACK], {}, [1.0, '+180°', 1.0]),
+    ([(*row[:2], 0.7) for row in BACK], {}, [1.0, -1.0]),
+    ([(*row[:2], 0.8) for row in BACK], {}, [1.0, '+180°', 1.0]),
+    (STRAIGHT, {}, [-1.2]),
+    ([(-x, y, 3.0) for x, y, _ in STRAIGHT], {}, [-1.2]),
+    ([(*point, 0.0) for point in ((0.0, 0.0), (-0.5, 0.0), (-1.0, 0.4), (-1.5, 0.4))], {}, [-1.61]),
+    ([(*point, 0.0) for point in ((0.0, 0.0), (-0.5, 0.0), (-0.8, 0.4), (-1.3, 0.4))], {}, [1.45]),
     ([(*row[:2], 0.0, sign) for row, sign in zip(BACK, (1, -1, -1), strict=True)], {}, [1.0, -1.0]),
     ([(*row[:2], '', '-1') for row in BACK[:2]], {}, [-1.0]),
     ([(0.0, 0.0, 0.0, 1), (1.0, 0.0, 0.0, -1), (2.0, 0.0, 0.0, -1)], {}, [1.0, '+180°', -1.0]),
@@ -76,8 +82,10 @@ def test_what_is_not_asked_for_or_not_told_is_refused(rows, options, words):
 
 
 def test_headings_that_are_not_used_are_told_by_name():
-    [equal] = plan(request([(*row[:2], 0.0) for row in BACK])).ignored
-    assert equal.startswith('all headings are 0 rad, and are not used')
+    [equal] = plan(request([(*row[:2], 0.8) for row in BACK])).ignored
+    assert equal.startswith('all headings are 0.8 rad, and are not used: the path leads aside of them by more than 45°')
+    [equal] = join(request(STRAIGHT), Reference(Pose(0.0, 0.0, 0.8), BodyVelocity(0.0, 0.0))).ignored
+    assert equal.startswith('all headings are 0 rad, and are not used: the cart heads aside of them by more than 45°')
     assert plan(request([(float(n), 0.0, 0.0) for n in range(3)])).ignored == ()
     [contradictory] = plan(request([*BACK[:2], (0.0, 0.0, 1.0)])).ignored
     assert contradictory.startswith('the headings from p.csv:2 to p.csv:3 contradict the path')
@@ -181,6 +189,20 @@ def test_the_rest_of_a_path_with_a_cusp_changes_nothing_wherever_it_is_sent_agai
     from_here = [(*before.pose[:2], before.pose.heading), *left]
     assert join(request(from_here), before, rest) is None
     assert join(request([*OUT, *HOME]), before, rest) is None
+
+
+@pytest.mark.parametrize(('heading', 'expected'), [
+    (0.0, [-1.2]), (0.7, [-1.2]), (0.8, ['+134°', 1.2]), (2.0, ['+65°', 1.2]), (math.pi, ['+180°', -1.2])])
+@pytest.mark.parametrize('gap', [0.05])
+def test_equal_headings_back_a_cart_straight_out_if_it_heads_along_them_and_a_repetition_changes_nothing(
+        heading, expected, gap):
+    before = Reference(Pose(0.0, 0.0, heading), BodyVelocity(0.0, 0.0))
+    path = request([(*point, 0.0) for point in dense(*(row[:2] for row in STRAIGHT), gap=gap)])
+    motion = join(path, before)
+    assert [one.replace('-180', '+180') if one == '-180°' else pytest.approx(one, abs=0.05) if isinstance(one, float)
+            else one for one in parts(motion)] == expected
+    for time in np.linspace(0.0, motion.period, 40, endpoint=False):
+        assert join(path, motion.accelerated(time), motion.rest(time)) is None
 
 
 def test_backwards_and_in_a_turn_the_cart_stops_before_it_takes_another_path():

@@ -68,7 +68,8 @@ def test_result_file_history_and_picture_agree(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(drawing, 'draw_and_save', draw_and_save)
     monkeypatch.setattr(result, 'write_search_page', write_search_page)
     output = tmp_path / 'deep' / 'found.yaml'
-    assert run(output, 6) == 0
+    # without slow integrals, whose warning would push the promises off the screen
+    assert run(output, 6, '--bounds', 'ti1=0:0.2', '--bounds', 'ti2=0:0.2') == 0
     parameters = configure(load([output]))
     assert f'objective {summary(measure(parameters, 0.5))["objective"]!r}' in output.read_text()
     assert parameters.plant.shared.velocity_rate == 100.0
@@ -159,6 +160,41 @@ def test_scenario_options_can_be_combined(tmp_path):
     assert 'worst of Eq. (29) with max tau as printed' in output.read_text()
 
 
+def test_coulomb_friction_that_differs_is_driven_through_by_scenarios_that_are_otherwise_the_same():
+    def scenarios(*words):
+        request = request_of(SearchRequest, tune.parser().parse_args([
+            'backstepping', '--seed', '1', '--output', 'unused.yaml', '--delays', '1', '2', '--random', '7', *words]))
+        return Search(request).goal.scenarios
+
+    def coulomb(scenario):
+        [(name, value)] = scenario.robot
+        assert name == 'plant.friction.coulomb'
+        return value
+
+    plain, rubbing = scenarios(), scenarios('--coulomb', '0.1', '0.3')
+    listed, drawn = rubbing[:4], rubbing[4:]
+    assert [(one.delay, coulomb(one)) for one in listed] == [(1, 0.1), (1, 0.3), (2, 0.1), (2, 0.3)]
+    assert [one._replace(robot=()) for one in (*listed[::2], *drawn)] == [*plain]
+    assert len({coulomb(one) for one in drawn}) == 7
+    assert all(0.1 < coulomb(one) < 0.3 for one in drawn)
+    assert scenarios('--coulomb', '0.1', '0.3', '--random', '3')[4:] == drawn[:3]
+
+
+def test_a_slow_integral_is_warned_of_with_the_frictions_that_the_search_assumed(tmp_path, capsys):
+    gains = '/**/velocity_controller: {ros__parameters: {gains: {k1: 1.0, ti1: 0.3, k2: 0.1, ti2: 41.9}}}'
+    configured = tmp_path / 'configured.yaml'
+    configured.write_text(gains)
+    keep = [word for name in ('k1', 'ti1', 'k2', 'ti2') for word in ('--keep', name)]
+    assert tune.main(['backstepping', '--seed', '3', '--population', '5', *SMALL, '--workers', '1', '--generations',
+                      '1', '--params-file', str(configured), '--output', str(tmp_path / 'found.yaml'), '--coulomb',
+                      '0', '0.2', '--friction', '1', '1.5', *keep]) == 0
+    told = ' '.join(capsys.readouterr().out.split())
+    # (A - B) / K2 = 0.0215 kg m² / 0.1 N m s
+    assert 'warning: slow integrals: ti2 = 41.9 s, 195 time constants of its proportional loop; on friction' in told
+    assert 'viscous 0.00716 to 0.0107 N m s/rad and Coulomb 0 to 0.3 N m, errors last' in told
+    assert 'ti1 =' not in told
+
+
 def test_the_robot_starts_with_the_cart_unless_a_pose_is_given(tmp_path):
     def search(*words):
         return Search(request_of(SearchRequest, tune.parser().parse_args([
@@ -195,6 +231,9 @@ def test_a_better_result_is_replaced_only_with_overwrite(tmp_path, capsys):
     ('notes.yaml', [], 'holds no backstepping controller'), ('begun.yaml', [], '--resume goes on'),
     ('fuzzy.yaml', [], 'holds no backstepping controller'), ('odd.yaml', ['--resume'], 'line 1 of 2 is damaged'),
     ('notes.yaml/x.yaml', [], 'notes.yaml'), ('', [], 'is a folder'),
+    ('x.yaml', ['--coulomb', '0.3', '0.1'], 'coulomb = 0.3 0.1 N m begins with the larger one'),
+    ('x.yaml', ['--coulomb', '0.1'], 'expected 2 arguments'),
+    ('x.yaml', ['--coulomb', '0.1', '0.3', '-p', 'plant.drive:=velocity'], 'its base overcomes friction itself'),
     ('x.yaml', ['--bounds', 'k9=0:1'], "no gene 'k9'"),
     ('x.yaml', ['--bounds', 'k1=2:1'], 'k1 = 2.0:1.0 is not allowed'),
     ('x.yaml', ['-p', '/**.velocity_rate:=-1.0'], 'velocity_rate = -1.0'),
