@@ -4,7 +4,7 @@ from __future__ import annotations  # rclpy's classes are generic from kilted on
 
 import time
 from concurrent.futures import Future
-from typing import Any
+from typing import Any, NamedTuple
 
 from rclpy.node import Node
 
@@ -14,6 +14,17 @@ _PATIENCE = 3.0
 
 class NoAnswerError(RuntimeError):
     """Raised for a missing or silent service; the text names it and the remedy."""
+
+
+class Answer(NamedTuple):
+    """Whether a request of a page was fulfilled, and a text."""
+
+    good: bool
+    text: str
+
+
+class RefusedRequestError(ValueError):
+    """A meaningless request, or one that a node refuses; the text is the reason."""
 
 
 class ServiceCalls:

@@ -203,5 +203,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       container.hidden = !('timing.max_linear_velocity' in cart);
     });
     show();
+    // Forget the points, and draw no more.
+    return {clear() { if (canvas.classList.contains('drawing')) toggle(false); points = []; changed(); }};
   };
 }(window.mrc));

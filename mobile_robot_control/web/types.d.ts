@@ -95,6 +95,7 @@ type State = {
   nodes: {name: string, role: string, text: string, good: boolean, reasons: Record<string, number>}[],
   refused: number, unreadable: Record<string, number>, events: {stamp: number, text: string}[],
   ended: Record<string, string>, lesson: string, run: RunValues, changed_laws: string[], name: string,
+  law: {gains: '' | 'shipped' | 'changed', file: string, before: string},
   recordings: Recording[], columns: string[], failure: string,
 };
 type Topic = {name: string, type: string, rate: number, last: string};
@@ -156,6 +157,7 @@ interface Mrc {
   // basics.js
   element<K extends keyof HTMLElementTagNameMap>(
     kind: K, name?: string, text?: string, properties?: object): HTMLElementTagNameMap[K];
+  onChoice(field: any, act: () => void): void;
   colour(name: string): string;
   look(colours: Colours): string;
   onDark(listener: () => void): void;
@@ -189,7 +191,8 @@ interface Mrc {
   makeCharts(container: HTMLElement, list: HTMLElement): LiveCharts;
   makeParameter(entry: Entry, send: (value: any) => Promise<Answer>): Control;
   makeParameters(container: HTMLElement): void;
-  makePath(container: HTMLElement, canvas: HTMLCanvasElement): void;
+  makePath(container: HTMLElement, canvas: HTMLCanvasElement): {clear(): void};
+  path: {clear(): void};
   planPath(points: (number | string)[][], limits: Record<string, number>): Promise<any>;
   makeLessons(live: Live, panel: HTMLElement, button: HTMLElement, charts: LiveCharts): void;
   readAnswer(text: string, unit: string): number;

@@ -62,6 +62,29 @@ def test_controls_change_parameters_and_are_taken_back_and_a_refusal_has_the_wor
     page.wait(lambda: live.asker.value('/position_controller', P) == default)
 
 
+def test_a_law_comes_with_its_shipped_gains_is_undone_and_leaves_what_the_user_has_set(page, live):
+    def gains():
+        return tuple(live.asker.value(*one) for one in (
+            ('/position_controller', 'fuzzy.a'), ('/velocity_controller', 'gains.k1')))
+
+    default = gains()
+    page.wait(lambda: page.text('gains') == 'shipped gains')
+    page.choose('law', 'fuzzy')
+    page.wait(lambda: gains() == (0.0523369, 0.498752))
+    page.click(page.find('#undo-law'))
+    page.wait(lambda: gains() == default)
+    page.wait(lambda: page.find('#law').get_attribute('value') == 'backstepping')
+    page.wait(lambda: not page.find('#undo-law').is_displayed())
+    page.type_into(page.parameter('fuzzy.a').find_element('css selector', 'input[type=text]'), '0.3')
+    page.wait(lambda: gains() == (0.3, default[1]))
+    page.choose('law', 'fuzzy')
+    page.wait(lambda: page.text('gains') == 'changed gains')
+    assert gains() == (0.3, 0.498752)
+    page.click(page.find('#ship'))
+    page.wait(lambda: page.text('gains') == 'shipped gains')
+    assert gains() == (0.0523369, 0.498752)
+
+
 def test_another_law_runs_and_its_file_is_read_again_with_errors_told_by_their_line(page, live):
     text = live.law.read_text()
     page.choose('law', 'my_kanayama')
