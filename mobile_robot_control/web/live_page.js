@@ -151,10 +151,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     const parts = [];
     if (Number.isFinite(time)) parts.push(`t = ${time.toFixed(2)} s`);
     if (Number.isFinite(speed)) parts.push(`${speed.toFixed(2)} × real time`);
-    parts.push(`${refused} refused`);
-    if (gains && $('live').classList.contains('teaching')) {
+    if ($('live').classList.contains('teaching') && gains) {
       parts.push(`${value('position_controller', 'controller_type')}, ${gains} gains`);
-    }
+    } else parts.push(`${refused} refused`);
     $('run').textContent = parts.join(' · ');
     if (performance.now() - spoken < 5000) return;
     spoken = performance.now();

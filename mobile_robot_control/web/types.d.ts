@@ -27,7 +27,7 @@ type RobotState = {pose: Pose | null, wheels?: number[], torque?: number[] | nul
 type SceneState = {robots: RobotState[], cart?: Pose, carts?: Pose[]};
 interface Scene {
   draw(state: SceneState): void;
-  fit(x: Numbers, y: Numbers): void;
+  fit(x: Numbers, y: Numbers, far?: boolean): void;
   setPath(path: Path | null): void;
   toWorld(px: number, py: number): number[];
   toScreen(x: number, y: number): number[];
@@ -137,6 +137,7 @@ interface Stage {
   pointed(event: PointerEvent): number[];
   draw(drawing: Drawing | null): void;
   redraw(): void;
+  reach(point: number[]): void;
   newest(): Numbers | null;
   path(): Path | null;
   toScreen(x: number, y: number): number[];
@@ -168,7 +169,7 @@ interface Mrc {
   // clock.js, scene.js, replay.js, report.js
   makeClock(start: number, end: number): Clock;
   makePlayer(clock: Clock): {play: HTMLButtonElement, bar: HTMLElement};
-  drawMarks(plot: any, marks: Mark[], words: boolean): void;
+  drawMarks(plot: any, marks: Mark[], words: boolean, above?: boolean): void;
   markBars(marks: Mark[], clock: Clock): void;
   viewButtons(shown: any): HTMLElement;
   SHAPES: Record<string, number[][]>;

@@ -299,6 +299,10 @@ def test_texts_of_the_graph_are_shown_as_text(page, live):
 
 
 def test_nothing_overflows_on_any_ground_and_a_screen_reader_finds_its_way(page, live):
+    # which line belongs to which axis
+    errors = page.find('figure[data-chart="errors"] figcaption').text
+    assert 'e2 to the left [m]' in errors
+    assert 'e3 heading [rad, right axis]' in errors
     page.driver.execute_script(OPEN_ALL)
     page.wait(lambda: 'geometry_msgs' in page.text('topics'))
     assert page.browser.violations() == []
