@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.laws import LAWS, groups_of
-from mobile_robot_control.parameters.declaration import declarations, flatten
+from mobile_robot_control.parameters.declaration import ParameterError, declarations, flatten, nearest
 from mobile_robot_control.settings.configure import ParameterSources, configure, shipped_folder
 from mobile_robot_control.settings.files import Values, load, read_override
-from mobile_robot_control.settings.nodes import NODES
+from mobile_robot_control.settings.nodes import NODES, Configuration
+from mobile_robot_control.system.texts import printable
 
 POSITION, VELOCITY = 'position_controller', 'velocity_controller'
 LAW = 'controller_type'
@@ -63,6 +64,35 @@ def shipped_set(law: str) -> LawSet | None:
 def _listed(part: Any) -> dict[str, Any]:
     """Return a node's parameters by dotted name, arrays as lists."""
     return {name: list(value) if isinstance(value, tuple) else value for name, value in flatten(part).items()}
+
+
+def shipped(law: str) -> dict[str, Any]:
+    """
+    Return the shipped set of a law as parameters by ``NODE.PARAMETER``.
+
+    Raises
+    ------
+    ParameterError
+        If the package has no set for it.
+
+    Examples
+    --------
+    >>> shipped('kanayama')['position_controller.kanayama.kx']
+    2.2111
+
+    """
+    found = shipped_set(law)
+    if found is None:
+        known = [name for name in LAWS if shipped_set(name)]
+        raise ParameterError([f"law = '{printable(law)}' has no shipped set; {nearest(law, known)}"])
+    return {f'{node}.{name}': value for node, values in found.values.items() for name, value in values.items()}
+
+
+def gains_of(configuration: Configuration) -> str:
+    """Return 'shipped' or 'changed' for the gains of a configuration's law; '' for one without a set for its robot."""
+    present = {node: _listed(part) for node, part in configuration._asdict().items()}
+    found = set_for(configuration.position_controller.control.controller_type, present)
+    return '' if found is None else 'changed' if differing(found, present) else 'shipped'
 
 
 def set_for(law: str, present: Present) -> LawSet | None:

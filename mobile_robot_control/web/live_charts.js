@@ -49,9 +49,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     pen.font = `${12 * ratio}px system-ui`;
     pen.textAlign = 'right';
     pen.textBaseline = 'alphabetic';
-    if (unit) pen.fillText(`[${unit}]`, left - 5 * ratio, top - 5 * ratio);
+    if (unit) pen.fillText(`[${unit}]`, left - 5 * ratio, top - 8 * ratio);
     pen.textAlign = 'left';
-    if (right) pen.fillText(`[${right}]`, left + width + 5 * ratio, top - 5 * ratio);
+    if (right) pen.fillText(`[${right}]`, left + width + 5 * ratio, top - 8 * ratio);
     pen.fillText('t [s]', left + width + 14 * ratio, top + height + 17 * ratio);
     pen.restore();
   }
@@ -80,7 +80,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     const plot = new uPlot({
       width: Math.max(200, container.clientWidth), height: HEIGHT, legend: {show: false},
       cursor: {y: false, sync: {key: 'live', scales: ['x', null]}},
-      padding: [22, spec.right ? 0 : RIGHT, 0, 0],  // so that the times of all charts stand one below the other
+      padding: [24, spec.right ? 0 : RIGHT, 0, 0],  // so that the times of all charts stand one below the other
       scales: {x: {time: false}, left: {auto: false}, right: {auto: false}},
       hooks: {draw: [(drawn) => { mrc.drawMarks(drawn, shared.events, spec === CHARTS[0], true); nameAxes(drawn, spec); }], setCursor: [() => tell()]},
       axes: [{stroke: () => mrc.colour('--soft'), size: 22, font: '12px system-ui', grid: {show: false}, ticks: {show: false}},
