@@ -115,7 +115,7 @@ class Actions:
         return Answer(not refused, refused)
 
     async def _law(self, request: Mapping[str, Any]) -> Answer:
-        """Change to a law with its shipped gains; with `whole`, also where the user has set others."""
+        """Change to a law, '' for the present one, with its shipped gains; with `whole`, also where others are set."""
         law = request.get('law')
         if not isinstance(law, str):
             raise RefusedRequestError('a law has a name')
@@ -285,6 +285,7 @@ class Actions:
     async def _defaults(self, _: Mapping[str, Any]) -> Answer:
         """Reset all live parameters to the initial ones of the nodes, and begin a new run there."""
         await self.teaching.end()
+        self.law.forget()
         for node, values in (await self._changed()).items():
             if values:
                 answer = await self._set({'node': node, 'values': values})

@@ -72,8 +72,9 @@ class LawChoice:
         self._before: Values = {}
 
     async def choose(self, law: str, whole: bool) -> None:
-        """Change to a law with its shipped set; with `whole`, also where the user has set gains."""
+        """Change to a law, '' for the present one, with its shipped set; with `whole`, also where the user set gains."""
         present = await self._present()
+        law = law or present.get(POSITION, {}).get(LAW, '')
         # the first time, all sets are read
         changes = await asyncio.to_thread(law_changes, law, present, whole)
         if changes:
@@ -83,6 +84,10 @@ class LawChoice:
         """Give back the law and the gains before the last choice."""
         before, self._before = self._before, {}
         await change_all(before, await self._present(), self._change)
+
+    def forget(self) -> None:
+        """Undo nothing more: all parameters have been set anew."""
+        self._before = {}
 
     def shown(self, present: Values) -> dict[str, str]:
         """

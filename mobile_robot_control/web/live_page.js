@@ -106,7 +106,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     if (!good) $('law').value = value('position_controller', 'controller_type');
   }
   mrc.onChoice($('law'), () => chooseLaw($('law').value));
-  $('ship').addEventListener('click', () => chooseLaw(value('position_controller', 'controller_type'), true));
+  $('ship').addEventListener('click', () => chooseLaw('', true));
   $('undo-law').addEventListener('click', () => ask({do: 'undo_law'}));
   let gains = '';
   function showLaw({gains: found, file, before}) {

@@ -19,6 +19,8 @@ def begin(page, name, size):
     # one that is reset before its first step is the same run
     page.wait(lambda: page.number('run') > run or page.number('time') < 0.5)
     page.wait(lambda: not lesson.hidden(), look=lesson.hidden)
+    violations = page.browser.violations()
+    assert not violations, violations
     return lesson
 
 

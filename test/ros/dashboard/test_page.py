@@ -83,6 +83,8 @@ def test_a_law_comes_with_its_shipped_gains_is_undone_and_leaves_what_the_user_h
     page.click(page.find('#ship'))
     page.wait(lambda: page.text('gains') == 'shipped gains')
     assert gains() == (0.0523369, 0.498752)
+    page.click(page.find('#defaults'))
+    page.wait(lambda: gains() == default and not page.find('#undo-law').is_displayed())
 
 
 def test_another_law_runs_and_its_file_is_read_again_with_errors_told_by_their_line(page, live):

@@ -61,7 +61,7 @@ def test_gains_that_the_user_has_set_stay_until_the_shipped_ones_are_asked_for(c
     assert robot.values['position_controller']['fuzzy.a'] == 0.3
     assert robot.values['velocity_controller']['gains.k1'] == 0.498752
     assert _shown(chosen) == ('changed', 'backstepping')
-    asyncio.run(choice.choose('fuzzy', whole=True))
+    asyncio.run(choice.choose('', whole=True))
     assert _shown(chosen) == ('shipped', 'fuzzy')
     asyncio.run(choice.undo())
     assert robot.values['position_controller']['fuzzy.a'] == 0.3
