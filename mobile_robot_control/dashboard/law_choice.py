@@ -72,7 +72,7 @@ class LawChoice:
         self._before: Values = {}
 
     async def choose(self, law: str, whole: bool) -> None:
-        """Change to a law, '' for the present one, with its shipped set; with `whole`, also where the user set gains."""
+        """Change to a law, '' for the present one, with its shipped set; with `whole`, over gains of the user."""
         present = await self._present()
         law = law or present.get(POSITION, {}).get(LAW, '')
         # the first time, all sets are read
