@@ -28,7 +28,7 @@ _HOMES = {
     'Observation': 'quantities', 'TrackingError': 'quantities', 'Reference': 'quantities', 'Pose': 'quantities',
     'BodyVelocity': 'quantities',
     # the registered laws and curves, by name
-    'LAWS': 'control.laws', 'CURVES': 'reference.curves',
+    'LAWS': 'control.laws', 'shipped': 'settings.law_sets', 'CURVES': 'reference.curves',
 }
 __all__ = ['__version__', *_HOMES]  # noqa: PLE0604 (texts)
 

@@ -30,6 +30,7 @@ from mobile_robot_control.runs.simulation import simulate as simulate
 from mobile_robot_control.search.result import Tuned as Tuned
 from mobile_robot_control.search.tune import tune as tune
 from mobile_robot_control.settings.configure import configure as configure
+from mobile_robot_control.settings.law_sets import shipped as shipped
 from mobile_robot_control.settings.nodes import Configuration as Configuration
 from mobile_robot_control.studying.study import Study as Study
 from mobile_robot_control.studying.study import study as study

@@ -169,6 +169,18 @@ def sources_of(options: argparse.Namespace) -> ParameterSources:
     return ParameterSources(options.robot, tuple(options.params_files), tuple(options.overrides))
 
 
+def _tell_of_law(command: str, options: argparse.Namespace) -> None:
+    """Say in a line if -p selects a law without the other gains of its shipped set."""
+    if not any('controller_type' in one for one in getattr(options, 'overrides', ())):
+        return
+    from mobile_robot_control.settings.law_sets import law_note  # noqa: PLC0415 (reads the parameters once more)
+
+    with contextlib.suppress(ParameterError):  # the command tells
+        note = law_note(sources_of(options))
+        if note:
+            print(f'{command}: {note}', file=sys.stderr)
+
+
 def make_main(
     make_parser: Callable[[], argparse.ArgumentParser], run: Callable[[argparse.Namespace], int]
 ) -> Callable[..., int]:
@@ -194,7 +206,9 @@ def make_main(
         parser = make_parser()
         name = parser.prog.rpartition('.')[2]
         try:
-            code = run(parser.parse_args(arguments))
+            options = parser.parse_args(arguments)
+            _tell_of_law(name, options)
+            code = run(options)
             flush_output()
             return code
         except ParameterError as error:

@@ -3,19 +3,20 @@
 import asyncio
 import json
 import signal
-from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from concurrent.futures import Future
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.dashboard.law_choice import LawChoice
 from mobile_robot_control.dashboard.lesson_files import Lesson
 from mobile_robot_control.dashboard.link import RobotLink
-from mobile_robot_control.dashboard.publishing import DISTURBANCES, MOST, Drawn, headed, on_a_path, planned
+from mobile_robot_control.dashboard.path_driving import PathDriver
+from mobile_robot_control.dashboard.publishing import DISTURBANCES, drawn, planned
 from mobile_robot_control.dashboard.recordings import STATE, BusyError, Recordings, save_parameters
-from mobile_robot_control.dashboard.service_calls import NoAnswerError
+from mobile_robot_control.dashboard.service_calls import Answer, NoAnswerError, RefusedRequestError
 from mobile_robot_control.dashboard.started_nodes import StartedNodes
 from mobile_robot_control.dashboard.teaching import LessonError, RobotAccess, Teaching, surface_numbers
 from mobile_robot_control.parameters.declaration import ParameterError, declarations
@@ -26,43 +27,10 @@ from mobile_robot_control.system.texts import describe_error, shortened
 
 _MOST = 50
 """Most parameters in one request."""
-
-
-_LIMITS = ('timing.max_linear_velocity', 'timing.max_wheel_torque', 'timing.max_angular_velocity')
-"""Parameters that a page sets along with a path."""
-_PATIENCE, _LOOK = 8.0, 0.05
-"""[s] of wall time for a cart to accept a path or refuse it, and between two checks."""
-_HELD = 3.0
-"""[s] of wall time for the same while time stands: a path may have to wait for its next tick."""
-_START = 20.0
-"""[s] of wall time for a node to start again."""
+_START, _LOOK = 20.0, 0.05
+"""[s] of wall time for a node to start again, and between two checks."""
 _AT_ONCE = {'period'}
 """Parameters that act at the cart's present place, without a new run."""
-
-
-class Answer(NamedTuple):
-    """Whether a request was fulfilled, and a text."""
-
-    good: bool
-    text: str
-
-
-class RefusedRequestError(ValueError):
-    """A meaningless request; the text is the reason."""
-
-
-def _drawn(request: Mapping[str, Any]) -> tuple[list[Drawn], dict[str, float]]:
-    """Return the points and the limits of a request."""
-    points, limits = request.get('points'), request.get('limits')
-    if not (isinstance(points, list) and 1 < len(points) <= MOST and all(
-            isinstance(point, list) and len(point) in (2, 3) and all(type(part) in (int, float) for part in point[:2])
-            and all(isinstance(mark, str) for mark in point[2:]) for point in points)):
-        raise RefusedRequestError(f'a path has 2 to {MOST} points')
-    if not (isinstance(limits, dict) and all(
-            name in _LIMITS and type(limit) in (int, float) for name, limit in limits.items())):
-        raise RefusedRequestError(f'a path has limits of {" and ".join(_LIMITS)}')
-    return ([Drawn(float(x), float(y), *mark) for x, y, *mark in points],
-            {name: float(limit) for name, limit in limits.items()})
 
 
 class Actions:
@@ -90,6 +58,8 @@ class Actions:
     ----------
     teaching : Teaching
         The lesson under way.
+    law : LawChoice
+        The last choice of a law.
 
     """
 
@@ -100,12 +70,16 @@ class Actions:
         self._link, self._recordings, self._saved, self._nodes = link, recordings, saved, nodes
         self._reads_laws = reads_laws and nodes is not None
         self._setting = asyncio.Lock()
-        self.teaching = Teaching(lessons, robot, RobotAccess(self._present, self._change, self._begin_run))
+        self.law = LawChoice(self._present, self._change)
+        self._paths = PathDriver(link, self._present, self._change, self._begin_run)
+        self.teaching = Teaching(lessons, robot, RobotAccess(
+            self._present, self._initial, self._change, self._begin_run, self._paths.follow, self._paths.resume))
         self._handlers: dict[str, Callable[[Mapping[str, Any]], Awaitable[Answer]]] = {
             'set': self._set, 'save': self._save, 'record': self._record,
             'finish': self._finish, 'reset': self._reset, 'step': self._step,
             'curve': self._curve, 'disturb': self._disturb,
             'surface': self._surface, 'plan': self._plan, 'path': self._path, 'restart': self._restart,
+            'law': self._law, 'undo_law': self._undo_law,
             'defaults': self._defaults, 'read_law': self._read_law, 'move': self._move, 'end': self._end,
         }
 
@@ -143,6 +117,18 @@ class Actions:
             refused = await self._ask(send)
         return Answer(not refused, refused)
 
+    async def _law(self, request: Mapping[str, Any]) -> Answer:
+        """Change to a law, '' for the present one, with its shipped gains; with `whole`, also where others are set."""
+        law = request.get('law')
+        if not isinstance(law, str):
+            raise RefusedRequestError('a law has a name')
+        await self.law.choose(law, request.get('whole') is True)
+        return Answer(True, '')
+
+    async def _undo_law(self, _: Mapping[str, Any]) -> Answer:
+        await self.law.undo()
+        return Answer(True, '')
+
     async def _step(self, _: Mapping[str, Any]) -> Answer:
         return await self._trigger('step')
 
@@ -178,54 +164,13 @@ class Actions:
 
     async def _plan(self, request: Mapping[str, Any]) -> Answer:
         """Answer with the plan of a path, as JSON."""
-        points, limits = _drawn(request)
+        points, limits = drawn(request)
         values = (await self._present()).get('reference_cart', {})
         return Answer(True, json.dumps(await asyncio.to_thread(planned, values, points, limits)))
 
     async def _path(self, request: Mapping[str, Any]) -> Answer:
-        """Send a path to the cart, in a new run at its start if the cart drives a curve or its limits change."""
-        points, limits = _drawn(request)
-        values = (await self._present()).get('reference_cart', {})
-        await asyncio.to_thread(planned, values, points, limits)
-        changes = on_a_path(values, points, limits)
-        if changes:
-            before = await self._course_changes()
-            changed = await self._set({'node': 'reference_cart', 'values': changes})
-            if not changed.good:
-                return changed
-            begun = await self._reset({'pose': list(headed(points)[0])})
-            if not begun.good:
-                return begun
-            if await self._changed_course(before) is None:
-                return Answer(False, 'no new run began; is the cart running?')
-        before = await self._course_changes()
-        await self._ask(lambda: self._link.paths.send(points, values['odom_frame_id']))
-        after = await self._changed_course(before)
-        if after is None:
-            return Answer(True, 'sent; the cart starts it when time resumes')
-        refused = [reason for reason in after if reason.startswith('path: ') and after[reason] > before.get(reason, 0)]
-        return Answer(not refused, f'refused {refused[0]}; the log of the cart has the reason' if refused else '')
-
-    async def _course_changes(self) -> Counter[str]:
-        """Return the number of course changes and refused paths of the cart, by event or reason."""
-        def look() -> Counter[str]:
-            known = self._link.book.nodes.get('reference_cart')
-            states = self._link.states.of([known.name]) if known else []
-            events = {key: count for (node, key), count in self._link.events.counts.items() if node == 'reference_cart'}
-            return Counter(events | {reason: count for state in states for reason, count in state['reasons'].items()})
-
-        found: Counter[str] = await self._ask(look)
-        return found
-
-    async def _changed_course(self, before: Counter[str]) -> Counter[str] | None:
-        """Wait for a new count of changes, and return it; None if none comes."""
-        plant = (await self._present()).get('plant', {})
-        for _ in range(round((_HELD if plant.get('paused') or plant.get('hold_at') else _PATIENCE) / _LOOK)):
-            await asyncio.sleep(_LOOK)
-            found = await self._course_changes()
-            if found != before:
-                return found
-        return None
+        """Send a path to the cart."""
+        return await self._paths.path(*drawn(request))
 
     async def _trigger(self, service: str) -> Answer:
         def call() -> Future[Any]:
@@ -325,16 +270,26 @@ class Actions:
                 return
         raise RefusedRequestError(f'the {node} was started again, and has not answered for {_START:g} s')
 
-    async def _defaults(self, _: Mapping[str, Any]) -> Answer:
-        """Reset all live parameters to the initial ones of the nodes, and begin a new run there."""
+    async def _changed(self) -> dict[str, dict[str, Any]]:
+        """Return the initial values of the live parameters that have others now."""
         def changed() -> dict[str, dict[str, Any]]:
             return {role: {name: entry.default for name, entry in known.entries.items()
                            if entry.live and name not in STATE and entry.default is not None
                            and known.values.get(name) != entry.default}
                     for role, known in self._link.book.nodes.items()}
 
+        found: dict[str, dict[str, Any]] = await self._ask(changed)
+        return found
+
+    async def _initial(self) -> dict[str, dict[str, Any]]:
+        """Return the same of nodes that this page has started; of others the initial values are not known."""
+        return {} if self._nodes is None else await self._changed()
+
+    async def _defaults(self, _: Mapping[str, Any]) -> Answer:
+        """Reset all live parameters to the initial ones of the nodes, and begin a new run there."""
         await self.teaching.end()
-        for node, values in (await self._ask(changed)).items():
+        self.law.forget()
+        for node, values in (await self._changed()).items():
             if values:
                 answer = await self._set({'node': node, 'values': values})
                 if not answer.good:

@@ -71,15 +71,28 @@ class Lesson(NamedTuple):
     parameters: dict[str, dict[str, Any]]
     controls: tuple[Control, ...]
 
+    @property
+    def begins_run(self) -> bool:
+        """Whether it begins a run of its own: from a pose, or along a path."""
+        return self.pose is not None or 'plan' in self.content
+
+    def limits(self) -> dict[str, float]:
+        """Return the first limits of its path, by parameter of the cart."""
+        found = {}
+        for control, content in zip(self.controls, self.content['controls'], strict=True):
+            node, name = parameter_of(control.sets[0])
+            if node == 'plan':
+                found[name] = float(content.get('value', (content.get('range') or content.get('choices'))[0]))
+        return found
+
     def touched(self) -> dict[str, set[str]]:
         """Return the changed parameters of the lesson by node."""
         found: dict[str, set[str]] = {node: set(values) for node, values in self.parameters.items()}
         for control in self.controls:
             for node, name in map(parameter_of, control.sets):
-                if node in NODES:
-                    found.setdefault(node, set()).add(name)
+                if node in NODES or node == 'plan':
+                    found.setdefault('reference_cart' if node == 'plan' else node, set()).add(name)
         return found
-
 
     def watched(self) -> dict[str, set[str]]:
         """Return the parameters of its controls and of its answer by node."""

@@ -22,6 +22,9 @@ _SKELETON = """
    Place the start</button>
   <label>speed <select id="speed"></select></label>
   <label>law <select id="law"></select></label>
+  <span id="gains" class="soft"></span>
+  <button id="ship" hidden>Take the shipped gains</button>
+  <button id="undo-law" hidden>Undo</button>
   <button id="read-law" hidden>Read the law again</button>
   <button id="record">Record</button>
   <span id="recorded" class="soft"></span>

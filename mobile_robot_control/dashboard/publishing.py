@@ -17,7 +17,7 @@ from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.dashboard.parameter_book import ParameterBook
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
 from mobile_robot_control.messages.writing import path_message
-from mobile_robot_control.parameters.declaration import build, declarations
+from mobile_robot_control.parameters.declaration import ParameterError, build, declarations
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.cart import Placement
 from mobile_robot_control.reference.curves import PATH
@@ -106,6 +106,8 @@ class Drawn(NamedTuple):
 BACKWARDS, ON_THE_SPOT = 'b', 't'
 MOST = 2000
 """Most points of a drawn path."""
+_LIMITS = ('timing.max_linear_velocity', 'timing.max_wheel_torque', 'timing.max_angular_velocity')
+"""Parameters that a page sets along with a path."""
 _SHOWN = 400
 _STRAIGHT = 0.1
 """[1/m]: a smaller curvature counts as none."""
@@ -113,6 +115,20 @@ _TURN = 0.2
 """[rad]: where the robot stops, a smaller difference of headings is no turn."""
 _APART = 1e-6
 """[rad] from the heading of one pose to the next: equal ones mean nothing."""
+
+
+def drawn(request: Mapping[str, Any]) -> tuple[list[Drawn], dict[str, float]]:
+    """Return the points and the limits of a request of the page; raise ParameterError for others."""
+    points, limits = request.get('points'), request.get('limits')
+    if not (isinstance(points, list) and 1 < len(points) <= MOST and all(
+            isinstance(point, list) and len(point) in (2, 3) and all(type(part) in (int, float) for part in point[:2])
+            and all(isinstance(mark, str) for mark in point[2:]) for point in points)):
+        raise ParameterError([f'a path has 2 to {MOST} points'])
+    if not (isinstance(limits, dict) and all(
+            name in _LIMITS and type(limit) in (int, float) for name, limit in limits.items())):
+        raise ParameterError([f'a path has limits of {" and ".join(_LIMITS)}'])
+    return ([Drawn(float(x), float(y), *mark) for x, y, *mark in points],
+            {name: float(limit) for name, limit in limits.items()})
 
 
 def headed(points: Sequence[Drawn]) -> list[Pose]:

@@ -24,9 +24,10 @@ from starlette.routing import Mount, Route, WebSocketRoute
 from starlette.staticfiles import StaticFiles
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from mobile_robot_control.dashboard.actions import Actions, Answer
+from mobile_robot_control.dashboard.actions import Actions
 from mobile_robot_control.dashboard.link import PERIOD, RobotLink
 from mobile_robot_control.dashboard.markup import PAGE
+from mobile_robot_control.dashboard.service_calls import Answer
 from mobile_robot_control.dashboard.snapshot import shown_parameters
 from mobile_robot_control.pages.page import pack
 from mobile_robot_control.system.texts import describe_error, shortened

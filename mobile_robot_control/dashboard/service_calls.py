@@ -26,6 +26,17 @@ class _Call(NamedTuple):
     done: Future[Any]
 
 
+class Answer(NamedTuple):
+    """Whether a request of a page was fulfilled, and a text."""
+
+    good: bool
+    text: str
+
+
+class RefusedRequestError(ValueError):
+    """A meaningless request, or one that a node refuses; the text is the reason."""
+
+
 class ServiceCalls:
     """
     Calls services of a node's graph; all methods but the futures belong to one thread.

@@ -29,6 +29,7 @@ def shown_state(
         'unreadable': dict(sorted(link.loop.sampler.refused.items())[:20]),
         'events': link.events.newest_first(),
         'ended': nodes.reports() if nodes is not None else {},
+        'law': actions.law.shown({role: known.values for role, known in book.nodes.items()}),
         'lesson': actions.teaching.running,
         'run': link.run.shown(actions.teaching.watched()),
         'changed_laws': actions.changed_laws(),

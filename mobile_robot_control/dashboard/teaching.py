@@ -6,10 +6,13 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.fuzzy import FuzzyGains, surface
+from mobile_robot_control.dashboard.law_choice import law_changes
 from mobile_robot_control.dashboard.lesson_files import POSE, Lesson, parameter_of
 from mobile_robot_control.parameters.declaration import build
 from mobile_robot_control.reference.cart import Placement, reference_at
 from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.settings.files import Values
+from mobile_robot_control.settings.law_sets import LAW, POSITION
 from mobile_robot_control.settings.nodes import NODES
 
 _COLUMNS, _ROWS = 48, 32
@@ -47,9 +50,13 @@ def surface_numbers(values: Mapping[str, Any]) -> dict[str, Any]:
             'angular': [round(command.angular, 4) for command in commands]}
 
 
-Values = dict[str, dict[str, Any]]
 _PATIENCE, _LOOK = 10.0, 0.1
 """[s] of wall time for the nodes of a lesson to be discovered, and between two looks."""
+
+
+def _joined(values: Values, others: Values) -> Values:
+    """Return values by node in which others win."""
+    return {node: {**values.get(node, {}), **others.get(node, {})} for node in (*values, *others)}
 
 
 class LessonError(ValueError):
@@ -64,17 +71,26 @@ class RobotAccess(NamedTuple):
     ----------
     present : callable
         Returns the parameters by node.
+    initial : callable
+        Returns the initial values of the parameters that have others now, by node; {} if they are not known.
     change : callable
         Takes a node and its new values; restarts it if one of them is read-only while it runs.
     reset : callable
         Begins a new run from a pose [m, m, rad], or from that of the parameters for None; returns its number once its
         first row has come.
+    follow : callable
+        Begins a new run along points [m], within limits of the cart's `timing`; returns its number likewise.
+    resume : callable
+        Sends the last path of the page again, if the cart awaits one.
 
     """
 
     present: Callable[[], Awaitable[Values]]
+    initial: Callable[[], Awaitable[Values]]
     change: Callable[[str, Mapping[str, Any]], Awaitable[None]]
     reset: Callable[[Sequence[float] | None], Awaitable[int]]
+    follow: Callable[[Sequence[Sequence[float]], Mapping[str, float]], Awaitable[int]]
+    resume: Callable[[], Awaitable[None]]
 
 
 class Teaching:
@@ -105,7 +121,9 @@ class Teaching:
         self.running = ''
         self._whose: object = None
         self._before: Values = {}
+        self._touched: dict[str, set[str]] = {}
         self._pose: dict[str, float] = {}
+        self._limits: dict[str, float] = {}
         self._lock = asyncio.Lock()
 
     def shown(self) -> list[dict[str, Any]]:
@@ -132,11 +150,11 @@ class Teaching:
         async with self._lock:
             await self._take_back()
             self._before = await self._nodes_of(lesson)
-            self.running, self._whose = name, whose
+            self.running, self._whose, self._touched = name, whose, {}
             self._pose = dict(zip(POSE, lesson.pose or (0.0,) * 3, strict=True))
-            for node, values in lesson.parameters.items():
-                await self._robot.change(node, values)
-            return 0 if lesson.pose is None else await self._begin_run()
+            self._limits = lesson.limits()
+            await self._set(lesson.parameters, await self._robot.initial())
+            return await self._begin_run() if lesson.begins_run else 0
 
     async def _nodes_of(self, lesson: Lesson) -> Values:
         """Return the present parameters, once the nodes of a lesson are there: a page may be open before them."""
@@ -163,21 +181,39 @@ class Teaching:
                 given = value if isinstance(value, str) else float(value) * factor
                 if node == 'pose':
                     self._pose[name] = float(given)
+                elif node == 'plan':
+                    self._limits[name] = float(given)
                 elif node in NODES:
                     changes.setdefault(node, {})[name] = given
-            for node, values in changes.items():
-                await self._robot.change(node, values)
-            begins = control.begins_run or any(target.startswith('pose.') for target in control.sets)
+            await self._set(changes)
+            begins = control.begins_run or any(target.startswith(('pose.', 'plan.')) for target in control.sets)
             return await self._begin_run() if begins else 0
 
     async def end(self, whose: object = None) -> None:
         """Undo the changes of the lesson; for a closed page, only of a lesson that it began."""
         async with self._lock:
-            if whose is None or whose is self._whose:
+            if self.running and (whose is None or whose is self._whose):
                 await self._take_back()
+                await self._robot.resume()
+
+    async def _set(self, changes: Values, initial: Values | None = None) -> None:
+        """Change parameters by node: to initial values, over them to the set of a law, over it to the changes."""
+        present, below = await self._robot.present(), initial or {}
+        law = changes.get(POSITION, {}).get(LAW)
+        if law is not None:
+            below = _joined(below, law_changes(law, _joined(present, below), whole=True))
+        for node, values in _joined(below, changes).items():
+            unlike = {name: value for name, value in values.items() if present.get(node, {}).get(name) != value}
+            self._touched.setdefault(node, set()).update(unlike)
+            if unlike:
+                await self._robot.change(node, unlike)
 
     async def _begin_run(self) -> int:
-        """Begin a new run beside the cart's start."""
+        """Begin a new run along the lesson's path, or beside the cart's start."""
+        points = self.lessons[self.running].content.get('plan')
+        if points:
+            self._touched.setdefault('reference_cart', set()).update(('curve', *Placement._fields, *self._limits))
+            return await self._robot.follow(points, self._limits)
         values = (await self._robot.present())['reference_cart']
         curve = CURVES.get(values.get('curve', ''))
         if curve is None:
@@ -192,10 +228,9 @@ class Teaching:
         """Restore the values that the lesson changed, and begin a new run there."""
         if not self.running:
             return
-        lesson, before = self.lessons[self.running], self._before
-        present, anew = await self._robot.present(), lesson.pose is not None
-        touched = lesson.touched()
-        if anew:
+        lesson, before, touched = self.lessons[self.running], self._before, self._touched
+        present = await self._robot.present()
+        if lesson.begins_run:
             touched.setdefault('plant', set()).add('initial_pose')
         try:
             for node, names in touched.items():
@@ -204,7 +239,7 @@ class Teaching:
                            if name in former and now.get(name) != former[name]}
                 if changed:
                     await self._robot.change(node, changed)
-            if anew:
+            if lesson.begins_run:
                 await self._robot.reset(None)
         finally:
             self.running, self._whose = '', None

@@ -17,6 +17,7 @@ from functools import lru_cache
 from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
 from mobile_robot_control.quantities import LARGEST, SMALLEST
+from mobile_robot_control.system.texts import notebook_lines
 
 
 class Field(NamedTuple):
@@ -284,6 +285,10 @@ class ParameterError(ValueError):
     def __init__(self, violations: Iterable[str]) -> None:
         self.violations = tuple(violations)
         super().__init__('\n'.join(self.violations))
+
+    def _render_traceback_(self) -> list[str]:
+        """Return the lines that a notebook shows."""
+        return notebook_lines(self, self.violations)
 
 
 Rule = Callable[[Any], Iterable[str]]

@@ -63,8 +63,8 @@ class Namesakes:
         if time.monotonic() - self._heard > _SENDS:
             return ''
         count, name = self._names(COMMAND).count(True), self._node.get_fully_qualified_name()
-        return (f'{count} nodes named {name} send {COMMAND}; end all but one, or give each robot a namespace, then call '
-                'release')
+        return (f'{count} nodes named {name} send {COMMAND}; end all but one, or give each robot a namespace, then '
+                'call release')
 
     def note_sent(self, message: bytes) -> None:
         """Note a command of this node."""

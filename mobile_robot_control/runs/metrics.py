@@ -1,6 +1,7 @@
 """The metrics of a run from its samples: the content of `metrics.json` and of `simulate --json`."""
 
 import math
+from html import escape
 from typing import Any
 
 from mobile_robot_control.loop.closed_loop import PositionTick, Sample
@@ -20,6 +21,7 @@ from mobile_robot_control.loop.indices import (
     varied_command,
     varied_torque,
 )
+from mobile_robot_control.loop.metric_table import RUN_METRICS
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque
 from mobile_robot_control.reference.course import Course
@@ -207,7 +209,28 @@ class RunMeter:
         )
 
 
-def summary(run: MeasuredRun) -> dict[str, Any]:
+_UNITS = {metric.name: metric.unit for metric in RUN_METRICS}
+
+
+class Metrics(dict[str, Any]):
+    """Metrics by name, which a notebook shows as a table."""
+
+    def _repr_html_(self) -> str:
+        rows = ''.join(f'<tr><td>{escape(name)}</td><td>{escape(_shown(value))}</td><td>{escape(_UNITS.get(name, ""))}'
+                       '</td></tr>' for name, value in self.items())
+        return f'<table><tr><th>metric</th><th>value</th><th>unit</th></tr>{rows}</table>'
+
+
+def _shown(value: Any) -> str:
+    """Return a value with four digits; of both wheels, one after the other."""
+    if isinstance(value, dict):
+        return ', '.join(f'{name} {_shown(part)}' for name, part in value.items())
+    if isinstance(value, list):
+        return ', '.join(map(_shown, value))
+    return '-' if value is None else f'{value:.4g}' if isinstance(value, float) else str(value)
+
+
+def summary(run: MeasuredRun) -> Metrics:
     """
     Return the metrics by name, in SI units; non-finite values become None.
 
@@ -243,7 +266,7 @@ def summary(run: MeasuredRun) -> dict[str, Any]:
     }
     if run.indices is not None:
         values |= index_values(run.indices, totals, takes_torque, run.outcome not in FAILED_OUTCOMES)
-    return {name: _finite(value) for name, value in values.items()}
+    return Metrics({name: _finite(value) for name, value in values.items()})
 
 
 def _finite(value: Any) -> Any:

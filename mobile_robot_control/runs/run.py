@@ -9,6 +9,7 @@ from mobile_robot_control.figures.figure import Floats
 from mobile_robot_control.runs.joining import Joined, join, moving_at
 from mobile_robot_control.runs.record import RunRecord
 from mobile_robot_control.runs.series import Gap, find_gaps
+from mobile_robot_control.settings.law_sets import gains_of
 from mobile_robot_control.system.texts import printable
 
 if TYPE_CHECKING:
@@ -141,7 +142,9 @@ class Run(RunRecord):
         rms = self.metrics.get('rms_position_error')
         error = '' if rms is None else f', RMS position error {rms:.4g} m'
         outcome = printable(str(self.metrics.get('outcome', 'not measured')))
-        return f'<Run {printable(self.name)}: {self.time.size} samples{last}, {outcome}{error}>'
+        gains = '' if self.parameters is None else gains_of(self.parameters)
+        name = printable(self.name) + (gains and f', {gains} gains')
+        return f'<Run {name}: {self.time.size} samples{last}, {outcome}{error}>'
 
     def plot(self, figure: str = 'path', *others: 'Run') -> 'Figure':
         """

@@ -2,6 +2,7 @@
 
 import os
 import sys
+from importlib.util import find_spec
 
 try:
     from tqdm import tqdm
@@ -10,6 +11,10 @@ except ValueError as error:
     odd = {name: os.environ.pop(name) for name in sorted(os.environ) if name.startswith('TQDM_')}
     print(f'not used: {", ".join(f"{name}={value!a}" for name, value in odd.items())} ({error})', file=sys.stderr)
     from tqdm import tqdm
+
+# in a kernel of Jupyter a bar is a widget, where there are widgets
+if 'ipykernel' in sys.modules and find_spec('ipywidgets') is not None:
+    from tqdm.notebook import tqdm
 
 __all__ = ['RunProgress', 'tqdm']
 

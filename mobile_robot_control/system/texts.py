@@ -1,6 +1,7 @@
 """Texts from elsewhere, such as names, paths and messages, prepared for a line of a log, a page or a figure."""
 
 import itertools
+import linecache
 import os
 import textwrap
 from collections.abc import Iterable, Sequence
@@ -25,6 +26,17 @@ def printable(text: str) -> str:
     if text.isprintable():
         return text
     return ''.join(letter if letter.isprintable() else letter.encode('unicode_escape').decode() for letter in text)
+
+
+def notebook_lines(error: BaseException, reasons: Sequence[str]) -> list[str]:
+    """Return at most five lines on an error of the user: its kind, the line that calls this package, and reasons."""
+    line, trace = '', error.__traceback__
+    while trace and not trace.tb_frame.f_code.co_filename.startswith(_PACKAGE):
+        file, number = trace.tb_frame.f_code.co_filename, trace.tb_lineno
+        line = f'line {number}: {linecache.getline(file, number).strip()}'
+        trace = trace.tb_next
+    shown = list(reasons) if len(reasons) < 4 else [*reasons[:2], f'and {len(reasons) - 2} more']
+    return [type(error).__name__, line, *(shortened(reason, 200) for reason in shown)]
 
 
 def shortened(text: str, longest: int = _LONGEST) -> str:

@@ -14,6 +14,19 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     return Object.assign(made, properties);
   };
 
+  // Call a function when a choice is made in a field, once for the pair of events that browsers send.
+  mrc.onChoice = function (field, act) {
+    let acted = null;
+    for (const kind of ['input', 'change']) {
+      field.addEventListener(kind, () => {
+        if (acted === field.value) return;
+        acted = field.value;
+        setTimeout(() => { acted = null; });
+        act();
+      });
+    }
+  };
+
   // Return a colour of the page by its custom property, such as '--ink'.
   mrc.colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim() || '#888888';
   // Return the one of two colours that suits the ground.

@@ -5,7 +5,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
-  const SPAN = 60, EVERY = 100, HEIGHT = 150, LOW = 105;  // [s] shown, [ms] between drawings, [px], [px] in a lesson on a phone
+  const SPAN = 60, EVERY = 100, HEIGHT = 164, LOW = 119;  // [s] shown, [ms] between drawings, [px], [px] in a lesson on a phone
+  const RIGHT = 56;  // [px] of the right axis
   const CHARTS = [
     {name: 'errors', title: 'errors', unit: 'm', right: 'rad', lines: [
       ['e1', '--robot-1'], ['e2', '--robot-2'], ['e3', '--robot-3', 'right']]},
@@ -37,15 +38,33 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     return sizes.map((size) => [-1.08 * Math.max(below, 0.05) * size, 1.08 * Math.max(above, 0.05) * size]);
   }
 
+  // Return a text with short numbers.
+  const short = (text) => text.replace(/-?\d+\.\d{4,}(e[-+]?\d+)?/g, (number) => mrc.number(Number(number)));
+
+  // Write the units of both axes above their numbers, and the name of the time axis at its end.
+  function nameAxes(plot, {unit, right}) {
+    const {left, width, top, height} = plot.bbox, pen = plot.ctx, ratio = window.devicePixelRatio || 1;
+    pen.save();
+    pen.fillStyle = mrc.colour('--soft');
+    pen.font = `${12 * ratio}px system-ui`;
+    pen.textAlign = 'right';
+    pen.textBaseline = 'alphabetic';
+    if (unit) pen.fillText(`[${unit}]`, left - 5 * ratio, top - 8 * ratio);
+    pen.textAlign = 'left';
+    if (right) pen.fillText(`[${right}]`, left + width + 5 * ratio, top - 8 * ratio);
+    pen.fillText('t [s]', left + width + 14 * ratio, top + height + 17 * ratio);
+    pen.restore();
+  }
+
   // Make one chart in a container; returns {draw(rows), limits(values), figure}.
   function makeChart(container, spec, read, shared) {
     const figure = mrc.element('figure'), caption = mrc.element('figcaption');
-    caption.append(mrc.element('b', '', spec.title + (
-      spec.unit ? ` [${spec.unit}${spec.right ? `, ${spec.right}` : ''}]` : '')));
-    const values_ = spec.lines.map(([column, ink, , dashed]) => {
+    caption.append(mrc.element('b', '', spec.title));
+    const values_ = spec.lines.map(([column, ink, side, dashed]) => {
       const key = mrc.element('span', `key ${dashed || ''}`), stroke = mrc.element('i'), value = mrc.element('span', 'value');
       stroke.style.borderColor = `var(${ink})`;
-      key.append(stroke, NAMES[column], value);
+      const unit = [UNITS[column], side && 'right axis'].filter(Boolean).join(', ');
+      key.append(stroke, NAMES[column] + (unit && ` [${unit}]`), value);
       caption.append(key);
       return value;
     });
@@ -55,15 +74,15 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     figure.dataset.chart = spec.name;
     const limits = (spec.limits || []).flatMap(([parameter, side]) => [1, -1].map((sign) => ({parameter, side, sign})));
     let values = {};
-    const axis = (scale, side) => ({scale, side, stroke: () => mrc.colour('--soft'), size: side === 1 ? 44 : 52, font: '12px system-ui',
+    const axis = (scale, side) => ({scale, side, stroke: () => mrc.colour('--soft'), size: side === 1 ? RIGHT : 64, font: '12px system-ui',
       grid: {show: side === 3, stroke: () => mrc.colour('--faint'), width: 1}, ticks: {show: false},
       values: (_, ticks) => ticks.map((tick) => tick === null ? '' : mrc.number(tick))});
     const plot = new uPlot({
       width: Math.max(200, container.clientWidth), height: HEIGHT, legend: {show: false},
       cursor: {y: false, sync: {key: 'live', scales: ['x', null]}},
-      padding: [8, spec.right ? 0 : 44, 0, 0],  // so that the times of all charts stand one below the other
+      padding: [24, spec.right ? 0 : RIGHT, 0, 0],  // so that the times of all charts stand one below the other
       scales: {x: {time: false}, left: {auto: false}, right: {auto: false}},
-      hooks: {draw: [(drawn) => mrc.drawMarks(drawn, shared.events, spec === CHARTS[0])], setCursor: [() => tell()]},
+      hooks: {draw: [(drawn) => { mrc.drawMarks(drawn, shared.events, spec === CHARTS[0], true); nameAxes(drawn, spec); }], setCursor: [() => tell()]},
       axes: [{stroke: () => mrc.colour('--soft'), size: 22, font: '12px system-ui', grid: {show: false}, ticks: {show: false}},
              axis('left', 3), ...(spec.right ? [axis('right', 1)] : [])],
       series: [{}, ...spec.lines.map(([, ink, side, dashed]) => ({
@@ -165,7 +184,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       // newest first: those of the run before the last reset are of another time
       const reset = events.findIndex(({text}) => text.startsWith('reset'));
       shared.events = (reset < 0 ? events : events.slice(0, reset))
-        .filter(({stamp}) => stamp < 1e9).map(({stamp, text}) => ({time: stamp, text})).reverse();
+        .filter(({stamp}) => stamp < 1e9).map(({stamp, text}) => ({time: stamp, text: short(text)})).reverse();
     });
     mrc.live.on('parameters', ({nodes}) => {
       const limits = {};

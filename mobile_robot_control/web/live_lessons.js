@@ -50,7 +50,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 
     // Return what an answer measures now, or NaN.
     function measured(answer) {
-      if (answer.measure === 'accepted') return refused - accepted <= 2 * answer.tolerance ? 0.5 * (refused + accepted) : NaN;
+      if (answer.measure === 'accepted') return refused - accepted <= answer.tolerance + 1e-9 ? accepted : NaN;
       const columns = answer.of.map((name) => read(name));
       const among = answer.measure === 'now' ? rows.slice(-1) : within(answer.over);
       if (!among || !among.length) return NaN;
@@ -68,8 +68,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       }
       if (Number.isFinite(measured(answer))) return '';
       if (answer.measure === 'accepted') {
-        return `The node has taken ${shown(accepted, answer.unit)} and refused ${shown(refused, answer.unit)}. ${answer.hint
-          || 'Look for the last one that it takes.'}`;
+        const more = Number.isFinite(refused) ? ` and refused ${shown(refused, answer.unit)}` : '';
+        return `The node has taken ${shown(accepted, answer.unit)}${more}. ${answer.hint || 'Look for the last one that it takes.'}`;
       }
       const span = answer.over === 'lap' ? 'a lap' : Array.isArray(answer.over) ? `to t = ${answer.over[1]} s` : `for ${answer.over} s`;
       if (ran.since > 0 && Array.isArray(answer.over)) {
@@ -86,7 +86,10 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       number(answer, given) {
         const missing = lacking(answer);
         if (missing) return [null, missing];
-        const found = measured(answer), off = Math.max(answer.tolerance || 0, (answer.share || 0) * Math.abs(found));
+        const found = measured(answer);
+        // what the node refuses is wrong, however near it is
+        if (answer.measure === 'accepted' && given > found + 1e-9) return [false, `The node refuses it: it takes ${shown(found, answer.unit)} at most.`];
+        const off = Math.max(answer.tolerance || 0, (answer.share || 0) * Math.abs(found));
         return [Math.abs(given - found) <= off, `Measured: ${shown(found, answer.unit)}.`];
       },
       larger(answer, given) {
@@ -157,7 +160,10 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         if (running !== lesson) return;
         const given = choices[n]();
         if (control.sets[0] === 'picture') { surface.choose(given); return; }
-        if (control.sets[0].startsWith('plan.')) { const {good, text} = await showPlan(); verdict(null, good ? '' : text); return; }
+        if (control.sets[0].startsWith('plan.')) {
+          const {good, text} = await showPlan();
+          if (!good || running !== lesson) { verdict(null, text); return; }
+        }
         const {good, text} = await live.ask({do: 'move', control: n, value: given});
         if (good) {
           first = Math.max(first, Number(text));
@@ -167,14 +173,14 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         } else if (!(refused < given)) refused = Number(given);
         verdict(null, good ? '' : text);
       };
-      let queued = false;
+      let queued = false, chosen = choices[n]();
       // one after the other, and of those that wait the newest
-      field.addEventListener('input', () => {
+      mrc.onChoice(field, () => {
         show();
-        if (queued) return;
+        if (queued || choices[n]() === chosen) return;
         queued = true;
         moving += 1;
-        asked = asked.then(() => { queued = false; return act(); }).finally(() => { moving -= 1; });
+        asked = asked.then(() => { queued = false; chosen = choices[n](); return act(); }).finally(() => { moving -= 1; });
       });
       made.append(written, field);
       return made;
@@ -188,7 +194,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       choice.setAttribute('aria-label', 'lesson');
       lessons.forEach((one, n) => choice.append(new Option(`${n + 1} ${one.title}${one.fits ? '' : ' (another robot)'}`, one.name)));
       choice.value = lesson.name;
-      choice.addEventListener('change', () => begin(choice.value));
+      mrc.onChoice(choice, () => begin(choice.value));
       close.addEventListener('click', () => end(true));
       head.append(choice, close);
       const about = mrc.element('details', 'about', '', {open: window.innerWidth >= 600});
@@ -219,6 +225,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       if (answer.kind === 'number') field = mrc.element('input', '', '', {inputMode: 'decimal', size: 8});
       else if (answer.choices) {
         field = mrc.element('select');
+        // no answer is chosen beforehand
+        field.append(Object.assign(new Option('choose', '', true, true), {disabled: true}));
         answer.choices.forEach((one) => field.append(new Option(one, one)));
       }
       if (field) {
@@ -240,6 +248,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
           verdict(false, `Write a number${answer.unit ? `, such as 0.5 ${answer.unit}` : ''}.`);
           return;
         }
+        if (answer.choices && !field.value) { verdict(null, 'Choose an answer.'); return; }
         const [right, found] = KINDS[answer.kind](answer, given);
         verdict(right, [found, right ? answer.right : right === false ? answer.wrong : ''].filter(Boolean).join(' '));
       });
@@ -258,7 +267,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       const lesson = lessons.find((one) => one.name === name);
       if (!lesson) return;
       leave();
+      mrc.path.clear();
       running = lesson;
+      if (lesson.answer.measure === 'accepted') accepted = lesson.controls[0].value;
       mrc.fold(true);
       panel.hidden = false;
       const verdict = show(lesson);

@@ -60,7 +60,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   mrc.stage = stage;
   const charts = mrc.makeCharts($('charts'), $('numbers'));
   mrc.makeParameters($('parameters'));
-  mrc.makePath($('path'), $('scene'));
+  mrc.path = mrc.makePath($('path'), $('scene'));
   // Show what a lesson needs alone, or all.
   mrc.fold = (on) => $('live').classList.toggle('teaching', on);
   mrc.makeLessons(mrc.live, $('lesson'), $('lessons'), charts);
@@ -94,16 +94,30 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 
   const addSpeed = (factor) => $('speed').append(new Option(factor ? `${factor} ×` : 'as fast as possible', factor));
   SPEEDS.forEach(addSpeed);
-  $('speed').addEventListener('change', () => {
+  mrc.onChoice($('speed'), () => {
     const factor = Number($('speed').value);
     ask({do: 'set', node: 'plant', values: {real_time_factor: factor}});
   });
   let entries = {};
 
-  $('law').addEventListener('change', async () => {
-    const {good} = await ask({do: 'set', node: 'position_controller', values: {controller_type: $('law').value}});
+  // Choose a law with its shipped gains; with `whole`, also in place of gains that the user has set.
+  async function chooseLaw(law, whole = false) {
+    const {good} = await ask({do: 'law', law, whole});
     if (!good) $('law').value = value('position_controller', 'controller_type');
-  });
+  }
+  mrc.onChoice($('law'), () => chooseLaw($('law').value));
+  $('ship').addEventListener('click', () => chooseLaw('', true));
+  $('undo-law').addEventListener('click', () => ask({do: 'undo_law'}));
+  let gains = '';
+  function showLaw({gains: found, file, before}) {
+    gains = found;
+    $('gains').textContent = found && `${found} gains`;
+    $('gains').title = file;
+    $('ship').hidden = found !== 'changed';
+    $('ship').title = `all of ${file}`;
+    $('undo-law').hidden = !before;
+    $('undo-law').textContent = `Undo: back to ${before}`;
+  }
 
   mrc.live.on('parameters', (parameters) => {
     nodes = Object.fromEntries(parameters.nodes.map(({role, values}) => [role, values]));
@@ -137,7 +151,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     const parts = [];
     if (Number.isFinite(time)) parts.push(`t = ${time.toFixed(2)} s`);
     if (Number.isFinite(speed)) parts.push(`${speed.toFixed(2)} × real time`);
-    parts.push(`${refused} refused`);
+    if ($('live').classList.contains('teaching') && gains) {
+      parts.push(`${value('position_controller', 'controller_type')}, ${gains} gains`);
+    } else parts.push(`${refused} refused`);
     $('run').textContent = parts.join(' · ');
     if (performance.now() - spoken < 5000) return;
     spoken = performance.now();
@@ -157,6 +173,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     refused = state.refused;
     recordings = state.recordings;
     showNodes(state);
+    if (state.law) showLaw(state.law);
     const failed = state.nodes.filter(({text}) => text.startsWith('law failed')).map(({text}) => text);
     const now = [...failed, ...Object.values(state.ended), state.failure].filter(Boolean).join('\n');
     if (now || lasting) notice(now);

@@ -182,6 +182,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       if (ARROWS[event.key]) {
         const by = event.shiftKey ? LARGE : STEP;
         cursor = cursor.map((value, n) => rounded(value + by * ARROWS[event.key][n]));
+        mrc.stage.reach(cursor);
         tell(`cross at ${cursor.join(', ')} m`);
         show();
       } else if (event.key === 'Enter') { add(cursor); changed(); } else if (event.key === 'Backspace') {
@@ -203,5 +204,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       container.hidden = !('timing.max_linear_velocity' in cart);
     });
     show();
+    // Forget the points, and draw no more.
+    return {clear() { if (canvas.classList.contains('drawing')) toggle(false); points = []; changed(); }};
   };
 }(window.mrc));

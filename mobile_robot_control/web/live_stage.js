@@ -127,6 +127,6 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       held = false;
       if (start) { canvas.focus(); show(); } else ask();
     }
-    return {pointed, place, draw: (given) => { drawing = given; ask(); }, redraw: ask, newest: () => newest, path: () => path, toScreen: (x, y) => scene.toScreen(x, y)};
+    return {pointed, place, draw: (given) => { drawing = given; ask(); }, redraw: ask, reach: (point) => scene && scene.fit([point[0]], [point[1]], true), newest: () => newest, path: () => path, toScreen: (x, y) => scene.toScreen(x, y)};
   };
 }(window.mrc));

@@ -4,8 +4,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
-  // Draw a line at each mark, with words where they have room.
-  mrc.drawMarks = function (plot, marks, words) {
+  // Draw a line at each mark, with words where they have room: in the chart, or above it.
+  mrc.drawMarks = function (plot, marks, words, above = false) {
     const {left, width, top, height} = plot.bbox, pen = plot.ctx, ratio = window.devicePixelRatio || 1;
     pen.save();
     pen.strokeStyle = pen.fillStyle = mrc.colour('--soft');
@@ -22,10 +22,11 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       pen.moveTo(x, top);
       pen.lineTo(x, top + height);
       pen.stroke();
-      const label = text.length > 24 ? `${text.slice(0, 23)}…` : text;
-      if (words && x > free) {
-        const wide = pen.measureText(label).width, at = Math.min(x + 3 * ratio, left + width - wide);
-        pen.fillText(label, at, top + 10 * ratio);
+      let label = text;
+      while (label.length > 1 && pen.measureText(label).width > width) label = `${label.slice(0, -2)}…`;
+      const wide = pen.measureText(label).width, at = Math.min(x + 3 * ratio, left + width - wide);
+      if (words && at > free) {
+        pen.fillText(label, at, top + (above ? -5 : 10) * ratio);
         free = at + wide + 6 * ratio;
       }
     }

@@ -20,7 +20,7 @@
 // wheels: angles [rad]. torque [N m] is drawn as bars up to limit [N m]. trail: arrays [m] from index `from` to `to`,
 // both included. Every part of a state but `pose` may be null or absent, and a robot whose pose is null is not drawn.
 //
-//   scene.fit(x, y)          make the view hold these points, too, as far as they are near the path: arrays [m]
+//   scene.fit(x, y, far)     make the view hold points [m], too: with `far` wherever they are, else near the path
 //   scene.setPath(path)      replace path and view
 //   scene.zoom(factor, pose) zoom, at first about a pose, where it is not null; 0 shows all
 //   scene.zoomed()           whether a part is shown only
@@ -45,6 +45,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     hexagon: corners(6, 0), pentagon: corners(5, Math.PI),
   };
   const FAR = 1, LEAST = 16, STEPS = 16, FONT = 12;  // path sizes, half a robot [px], colours of a trail, [px]
+  const ERRORS = ['--error-low', '--error-middle', '--error-high'], SPEEDS = ['--speed-slow', '--speed-fast'];
   const LEFT = 48, BELOW = 24, ABOVE = 26, COLUMN = 190;  // [px] round the plane, and of the column at its right
 
   // Return the smallest of 1, 2, 5, 10, 20, ... (and their fractions) that is at least a value.
@@ -73,6 +74,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     let drawn = '', lens = {zoom: 1, x: 0, y: 0};
     const least = options.plain ? 5 : LEAST, edge = options.plain ? 2 : 0;
 
+    const planned = ({drawing}) => drawing && drawing.speed;
+
     function colour(name) { return name.startsWith('--') ? style.getPropertyValue(name).trim() || '#888888' : name; }
 
     function setPath(given) {
@@ -84,8 +87,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       if (last) draw(last);
     }
 
-    function fit(x, y) {
-      const clip = (values, low) => limits ? Float64Array.from(values, (value) => Number.isFinite(value)
+    function fit(x, y, far) {
+      const clip = (values, low) => limits && !far ? Float64Array.from(values, (value) => Number.isFinite(value)
         ? Math.min(limits[low + 1], Math.max(limits[low], value)) : value) : values;
       box = bounded(clip(x, 0), clip(y, 2), box);
     }
@@ -103,7 +106,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       const torques = state.robots.some((robot) => robot.torque), block = torques ? 60 : 22;
       const listed = (robots.length > 1 || torques) && height >= 240, beside = width >= 560;
       const columns = beside ? 1 : 2, rows = Math.ceil(robots.length / columns);
-      area = {left: edge || LEFT, top: edge || ABOVE, right: width - (edge || (listed && beside ? COLUMN : 10)),
+      area = {left: edge || LEFT, top: edge || ABOVE + (planned(state) && !beside ? 16 : 0), right: width - (edge || (listed && beside ? COLUMN : 10)),
               bottom: height - (edge || BELOW) - (listed && !beside ? rows * block + 8 : 0), listed, torques, block, columns,
               beside};
       const [left, right, low, top] = box || [-1, 1, -1, 1], margin = 1.6 * least;
@@ -158,15 +161,15 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       text('y [m]', area.left - 6, area.top + 10, 'right');
     }
 
-    // Return the colours of a trail from no error to the largest, mixed of three.
-    function shades() {
-      const stops = ['--error-low', '--error-middle', '--error-high'].map((name) => {
+    // Return so many colours, mixed of some: of a trail from no error to the largest, of a path from slow to fast.
+    function shades(names = ERRORS) {
+      const stops = names.map((name) => {
         pen.fillStyle = colour(name);
         const hex = String(pen.fillStyle);
         return [1, 3, 5].map((n) => parseInt(hex.slice(n, n + 2), 16));
       });
       return Array.from({length: STEPS}, (_, n) => {
-        const place = 2 * n / (STEPS - 1), first = Math.min(1, Math.floor(place)), part = place - first;
+        const place = (stops.length - 1) * n / (STEPS - 1), first = Math.min(stops.length - 2, Math.floor(place)), part = place - first;
         return `rgb(${stops[first].map((value, k) => Math.round(value + part * (stops[first + 1][k] - value)))})`;
       });
     }
@@ -202,13 +205,13 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       if (shade >= 0) pen.stroke();
     }
 
-    // Draw a path that is drawn by hand: dark where it is slow, its points with their numbers, and the cursor.
+    // Draw a path that is drawn by hand: dark where it is slow, with points with their numbers, and the cursor.
     function drawDrawing({x, y, speed, most, turns, points, cursor}) {
-      const mixed = shades();
+      const mixed = shades(SPEEDS);
       pen.lineWidth = 4;
       for (let n = 1; n < (x || []).length; n++) {
         if (speed[n] < 0 && n % 4 < 2) continue;
-        pen.strokeStyle = mixed[Math.min(STEPS - 1, Math.floor(STEPS * (1 - Math.abs(speed[n]) / most)))];
+        pen.strokeStyle = mixed[Math.min(STEPS - 1, Math.floor(STEPS * Math.abs(speed[n]) / most))];
         pen.beginPath();
         const [from, to] = [toScreen(x[n - 1], y[n - 1]), toScreen(x[n], y[n])];
         pen.moveTo(from[0], from[1]);
@@ -333,15 +336,15 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       pen.clip();
     }
 
-    // Draw the scale of the trails' colours above the plane.
-    function drawErrors(scale) {
-      const [x, y, length] = [area.left + 44, 6, 96];
-      text('error  0', x - 4, y + 10, 'right');
-      shades().forEach((shade, n) => {
+    // Draw the scale of some colours above the plane, in the first or the second place.
+    function drawScale(names, word, most, second) {
+      const [x, y, length] = [area.left + (second && area.beside ? 322 : 44), second && !area.beside ? 22 : 6, 96];
+      text(`${word}  0`, x - 4, y + 10, 'right');
+      shades(names).forEach((shade, n) => {
         pen.fillStyle = shade;
         pen.fillRect(x + n * length / STEPS, y, length / STEPS + 0.5, 10);
       });
-      text(`${mrc.withUnit(scale, 'm')} and more`, x + length + 6, y + 10, 'left');
+      text(most, x + length + 6, y + 10, 'left');
     }
 
     // Draw a torque [N m] as a bar from the middle; one beyond its limit has an arrow.
@@ -397,7 +400,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       (state.carts || [state.cart]).filter(known).forEach(drawCart);
       if (state.drawing) drawDrawing(state.drawing);
       pen.restore();
-      if (scale && state.robots.some(({trail}) => trail && trail.error)) drawErrors(scale);
+      if (scale && state.robots.some(({trail}) => trail && trail.error)) drawScale(ERRORS, 'error', `${mrc.withUnit(scale, 'm')} and more`, false);
+      if (planned(state)) drawScale(SPEEDS, 'speed', mrc.withUnit(state.drawing.most, 'm/s'), true);
       if (area.listed) drawList(state);
     }
 

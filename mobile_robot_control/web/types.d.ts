@@ -27,7 +27,7 @@ type RobotState = {pose: Pose | null, wheels?: number[], torque?: number[] | nul
 type SceneState = {robots: RobotState[], cart?: Pose, carts?: Pose[]};
 interface Scene {
   draw(state: SceneState): void;
-  fit(x: Numbers, y: Numbers): void;
+  fit(x: Numbers, y: Numbers, far?: boolean): void;
   setPath(path: Path | null): void;
   toWorld(px: number, py: number): number[];
   toScreen(x: number, y: number): number[];
@@ -95,6 +95,7 @@ type State = {
   nodes: {name: string, role: string, text: string, good: boolean, reasons: Record<string, number>}[],
   refused: number, unreadable: Record<string, number>, events: {stamp: number, text: string}[],
   ended: Record<string, string>, lesson: string, run: RunValues, changed_laws: string[], name: string,
+  law: {gains: '' | 'shipped' | 'changed', file: string, before: string},
   recordings: Recording[], columns: string[], failure: string,
 };
 type Topic = {name: string, type: string, rate: number, last: string};
@@ -136,6 +137,7 @@ interface Stage {
   pointed(event: PointerEvent): number[];
   draw(drawing: Drawing | null): void;
   redraw(): void;
+  reach(point: number[]): void;
   newest(): Numbers | null;
   path(): Path | null;
   toScreen(x: number, y: number): number[];
@@ -156,6 +158,7 @@ interface Mrc {
   // basics.js
   element<K extends keyof HTMLElementTagNameMap>(
     kind: K, name?: string, text?: string, properties?: object): HTMLElementTagNameMap[K];
+  onChoice(field: any, act: () => void): void;
   colour(name: string): string;
   look(colours: Colours): string;
   onDark(listener: () => void): void;
@@ -166,7 +169,7 @@ interface Mrc {
   // clock.js, scene.js, replay.js, report.js
   makeClock(start: number, end: number): Clock;
   makePlayer(clock: Clock): {play: HTMLButtonElement, bar: HTMLElement};
-  drawMarks(plot: any, marks: Mark[], words: boolean): void;
+  drawMarks(plot: any, marks: Mark[], words: boolean, above?: boolean): void;
   markBars(marks: Mark[], clock: Clock): void;
   viewButtons(shown: any): HTMLElement;
   SHAPES: Record<string, number[][]>;
@@ -189,7 +192,8 @@ interface Mrc {
   makeCharts(container: HTMLElement, list: HTMLElement): LiveCharts;
   makeParameter(entry: Entry, send: (value: any) => Promise<Answer>): Control;
   makeParameters(container: HTMLElement): void;
-  makePath(container: HTMLElement, canvas: HTMLCanvasElement): void;
+  makePath(container: HTMLElement, canvas: HTMLCanvasElement): {clear(): void};
+  path: {clear(): void};
   planPath(points: (number | string)[][], limits: Record<string, number>): Promise<any>;
   makeLessons(live: Live, panel: HTMLElement, button: HTMLElement, charts: LiveCharts): void;
   readAnswer(text: string, unit: string): number;

@@ -60,11 +60,17 @@ def test_outputs_are_written_without_a_trace_of_the_machine_unless_a_cell_fails(
     assert made['metadata'] == STORED['metadata']
     cell, = made['cells']
     assert (cell['metadata'], cell['outputs'][0]['data']) == ({}, {'text/plain': ['False']})
-    before = json.dumps(_small('assert "one" == "other"'))
+    wrong = "mrc.simulate(duration=1.0, parameters={'plant.max_wheel_torqe': 1.0})"
+    before = json.dumps(_small(f'import mobile_robot_control as mrc\n{wrong}'))
     failing.write_text(before)
     assert execute.main(failing) == 1
     assert failing.read_text() == before
-    assert 'failing.ipynb: ' in capsys.readouterr().err
+    told = capsys.readouterr().err
+    assert 'failing.ipynb: ' in told
+    # a wrong parameter costs at most five lines
+    shown = told.partition(f'ParameterError\nline 2: {wrong}\n')[2].strip().splitlines()
+    assert 0 < len(shown) <= 4
+    assert "did you mean 'max_wheel_torque'?" in shown[0]
 
 
 def test_each_section_and_exercise_has_its_cells_in_order():

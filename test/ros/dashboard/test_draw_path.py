@@ -1,5 +1,7 @@
 """A path that is drawn on the page, by pointer and by keyboard, is planned, sent and followed."""
 
+import re
+
 from selenium.webdriver import ActionChains
 from selenium.webdriver.common.keys import Keys
 
@@ -22,6 +24,13 @@ def test_a_drawn_path_is_planned_sent_and_followed_and_another_one_joins_it(page
     for key in (Keys.ENTER, *(Keys.ARROW_LEFT,) * 8, Keys.ENTER, *(Keys.ARROW_UP,) * 6, Keys.ENTER):
         keys.send_keys(key)
     keys.perform()
+    # the cross stays in view, however far it goes
+    scene.send_keys(*[Keys.SHIFT, *[Keys.ARROW_RIGHT] * 12])
+    x, y = map(float, re.fullmatch(r'cross at (.*), (.*) m', _words(page)).groups())
+    page.wait(lambda: page.driver.execute_script(
+        'const [px, py] = mrc.stage.toScreen(arguments[0], arguments[1]), {clientWidth, clientHeight} = arguments[2];'
+        'return 0 < px && px < clientWidth && 0 < py && py < clientHeight', x, y, scene))
+    scene.send_keys(*[Keys.SHIFT, *[Keys.ARROW_LEFT] * 12])
     # 0.8 m and 0.6 m with a rounded corner: two points alone have a plan, too
     page.wait(lambda: _words(page).startswith('1.3'))
     # a point by the pointer, beside the others, taken back

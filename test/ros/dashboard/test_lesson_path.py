@@ -3,7 +3,8 @@
 from helpers.lesson_solutions import SOLUTIONS, begin
 
 
-def test_the_lesson_is_passed_by_keyboard_on_a_phone(page):
+def test_the_lesson_is_passed_by_keyboard_on_a_phone(page, live):
     lesson = begin(page, '6_path', 'phone')
     SOLUTIONS['6_path'](page, lesson)
     lesson.close()
+    assert live.asker.value('/reference_cart', 'curve') == 'trifolium'

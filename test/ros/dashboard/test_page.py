@@ -62,6 +62,31 @@ def test_controls_change_parameters_and_are_taken_back_and_a_refusal_has_the_wor
     page.wait(lambda: live.asker.value('/position_controller', P) == default)
 
 
+def test_a_law_comes_with_its_shipped_gains_is_undone_and_leaves_what_the_user_has_set(page, live):
+    def gains():
+        return tuple(live.asker.value(*one) for one in (
+            ('/position_controller', 'fuzzy.a'), ('/velocity_controller', 'gains.k1')))
+
+    default = gains()
+    page.wait(lambda: page.text('gains') == 'shipped gains')
+    page.choose('law', 'fuzzy')
+    page.wait(lambda: gains() == (0.0523369, 0.498752))
+    page.click(page.find('#undo-law'))
+    page.wait(lambda: gains() == default)
+    page.wait(lambda: page.find('#law').get_attribute('value') == 'backstepping')
+    page.wait(lambda: not page.find('#undo-law').is_displayed())
+    page.type_into(page.parameter('fuzzy.a').find_element('css selector', 'input[type=text]'), '0.3')
+    page.wait(lambda: gains() == (0.3, default[1]))
+    page.choose('law', 'fuzzy')
+    page.wait(lambda: page.text('gains') == 'changed gains')
+    assert gains() == (0.3, 0.498752)
+    page.click(page.find('#ship'))
+    page.wait(lambda: page.text('gains') == 'shipped gains')
+    assert gains() == (0.0523369, 0.498752)
+    page.click(page.find('#defaults'))
+    page.wait(lambda: gains() == default and not page.find('#undo-law').is_displayed())
+
+
 def test_another_law_runs_and_its_file_is_read_again_with_errors_told_by_their_line(page, live):
     text = live.law.read_text()
     page.choose('law', 'my_kanayama')
@@ -276,6 +301,10 @@ def test_texts_of_the_graph_are_shown_as_text(page, live):
 
 
 def test_nothing_overflows_on_any_ground_and_a_screen_reader_finds_its_way(page, live):
+    # which line belongs to which axis
+    errors = page.find('figure[data-chart="errors"] figcaption').text
+    assert 'e2 to the left [m]' in errors
+    assert 'e3 heading [rad, right axis]' in errors
     page.driver.execute_script(OPEN_ALL)
     page.wait(lambda: 'geometry_msgs' in page.text('topics'))
     assert page.browser.violations() == []

@@ -135,11 +135,19 @@ def test_a_run_that_diverges_or_whose_law_fails_ends_there_with_a_warning_that_g
         assert ended.metrics['outcome'] == outcome
 
 def test_a_run_is_drawn_alone_and_with_others_and_prints_itself_in_a_line(run):
-    assert repr(run).startswith('<Run fuzzy: 251 samples, to t = 0.5 s, completed, RMS position error 0.')
+    assert repr(run).startswith('<Run fuzzy, shipped gains: 251 samples, to t = 0.5 s, completed, RMS position error')
     assert '\n' not in repr(run._replace(name='a\nb'))
     assert run.plot()._repr_png_().startswith(b'\x89PNG')
     drawn = run.plot('errors', run._replace(name='$other'))
     assert [text.get_text() for text in drawn.axes[0].get_legend().get_texts()][-2:] == ['fuzzy', r'\$other']
+
+
+def test_a_notebook_shows_metrics_as_a_table_and_files_have_them_as_before(run):
+    shown = run.metrics._repr_html_()
+    assert f'<td>rms_position_error</td><td>{run.metrics["rms_position_error"]:.4g}</td><td>m</td>' in shown
+    assert '<td>peak_wheel_torque</td><td>right ' in shown
+    assert shown.count('<tr>') == len(run.metrics) + 1
+    assert json.loads(json.dumps(run.metrics)) == dict(run.metrics)
 
 
 @pytest.mark.parametrize(('arguments', 'refusal'), [

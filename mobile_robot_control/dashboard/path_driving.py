@@ -1,0 +1,103 @@
+"""Paths that the cart is to follow: in a new run at their start, or taken over by a cart that drives one."""
+
+import asyncio
+from collections import Counter
+from collections.abc import Awaitable, Callable, Mapping, Sequence
+from typing import Any
+
+from mobile_robot_control.dashboard.link import RobotLink
+from mobile_robot_control.dashboard.publishing import Drawn, headed, on_a_path, planned
+from mobile_robot_control.dashboard.service_calls import Answer, RefusedRequestError
+from mobile_robot_control.reference.curves import PATH
+
+_PATIENCE, _LOOK = 8.0, 0.05
+"""[s] of wall time for a cart to accept a path or refuse it, and between two checks."""
+_HELD = 3.0
+"""[s] of wall time for the same while time stands: a path may have to wait for its next tick."""
+
+
+class PathDriver:
+    """
+    Sends paths to the cart, and remembers the last drawn one.
+
+    Parameters
+    ----------
+    link : RobotLink
+        To the robot.
+    present, change, begin_run : callable
+        As those of `RobotAccess`; `begin_run` is its `reset`.
+
+    """
+
+    def __init__(
+        self, link: RobotLink, present: Callable[[], Awaitable[dict[str, dict[str, Any]]]],
+        change: Callable[[str, Mapping[str, Any]], Awaitable[None]],
+        begin_run: Callable[[Sequence[float] | None], Awaitable[int]],
+    ) -> None:
+        self._link, self._present, self._change, self._begin_run = link, present, change, begin_run
+        self._sent: list[Drawn] = []
+
+    async def path(self, points: list[Drawn], limits: Mapping[str, float]) -> Answer:
+        """Send a drawn path to the cart, in a new run at its start if the cart drives a curve or its limits change."""
+        values = (await self._present()).get('reference_cart', {})
+        await asyncio.to_thread(planned, values, points, limits)
+        self._sent = points
+        if on_a_path(values, points, limits):
+            return (await self._drive(points, limits))[1]
+        return await self._send_path(points)
+
+    async def _drive(self, points: Sequence[Drawn], limits: Mapping[str, float]) -> tuple[int, Answer]:
+        """Begin a new run along a path within limits; return its number, and what the cart answers."""
+        changes = on_a_path((await self._present()).get('reference_cart', {}), points, limits)
+        before = await self._course_changes()
+        if changes:
+            await self._change('reference_cart', changes)
+        number = await self._begin_run(headed(points)[0])
+        if changes and await self._changed_course(before) is None:
+            raise RefusedRequestError('no new run began; is the cart running?')
+        return number, await self._send_path(points)
+
+    async def _send_path(self, points: Sequence[Drawn]) -> Answer:
+        """Send a path to the cart."""
+        frame = (await self._present())['reference_cart']['odom_frame_id']
+        before = await self._course_changes()
+        await asyncio.wrap_future(self._link.submit(lambda: self._link.paths.send(points, frame)))
+        after = await self._changed_course(before)
+        if after is None:
+            return Answer(True, 'sent; the cart starts it when time resumes')
+        refused = [reason for reason in after if reason.startswith('path: ') and after[reason] > before.get(reason, 0)]
+        return Answer(not refused, f'refused {refused[0]}; the log of the cart has the reason' if refused else '')
+
+    async def follow(self, points: Sequence[Sequence[float]], limits: Mapping[str, float]) -> int:
+        """Begin a new run along the path of a lesson; return its number."""
+        number, answer = await self._drive([Drawn(x, y) for x, y in points], limits)
+        if not answer.good:
+            raise RefusedRequestError(answer.text)
+        return number
+
+    async def resume(self) -> None:
+        """Send the last drawn path again, if the cart awaits it after a lesson."""
+        cart = (await self._present()).get('reference_cart', {})
+        if self._sent and cart.get('curve') == PATH:
+            await self._send_path(self._sent)
+
+    async def _course_changes(self) -> Counter[str]:
+        """Return the number of course changes and refused paths of the cart, by event or reason."""
+        def look() -> Counter[str]:
+            known = self._link.book.nodes.get('reference_cart')
+            states = self._link.states.of([known.name]) if known else []
+            events = {key: count for (node, key), count in self._link.events.counts.items() if node == 'reference_cart'}
+            return Counter(events | {reason: count for state in states for reason, count in state['reasons'].items()})
+
+        found: Counter[str] = await asyncio.wrap_future(self._link.submit(look))
+        return found
+
+    async def _changed_course(self, before: Counter[str]) -> Counter[str] | None:
+        """Wait for a new count of changes, and return it; None if none comes."""
+        plant = (await self._present()).get('plant', {})
+        for _ in range(round((_HELD if plant.get('paused') or plant.get('hold_at') else _PATIENCE) / _LOOK)):
+            await asyncio.sleep(_LOOK)
+            found = await self._course_changes()
+            if found != before:
+                return found
+        return None

@@ -1,0 +1,169 @@
+"""The shipped set of a law: the gains of `config/LAW.yaml` that it reads, and the velocity gains of that file."""
+
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from mobile_robot_control.control.laws import LAWS, groups_of
+from mobile_robot_control.parameters.declaration import ParameterError, declarations, flatten, nearest
+from mobile_robot_control.settings.configure import ParameterSources, configure, shipped_folder
+from mobile_robot_control.settings.files import Values, load, read_override
+from mobile_robot_control.settings.nodes import NODES, Configuration
+from mobile_robot_control.system.texts import printable
+
+POSITION, VELOCITY = 'position_controller', 'velocity_controller'
+LAW = 'controller_type'
+_CONDITIONS = ('velocity_rate', 'position_rate', 'lockstep')
+Present = Mapping[str, Mapping[str, Any]]
+
+
+class LawSet(NamedTuple):
+    """
+    The shipped set of a law.
+
+    Attributes
+    ----------
+    law : str
+        Its name.
+    file : Path
+        With the set.
+    values : dict of str to dict
+        By node: the law's name, the groups of gains that it reads, and the velocity gains.
+    conditions : dict of str to object
+        Robot and rates for which the gains were found, by parameter.
+
+    """
+
+    law: str
+    file: Path
+    values: Values
+    conditions: dict[str, Any]
+
+    @property
+    def given(self) -> str:
+        """The file as a command takes it from the repository's top folder."""
+        return f'config/{self.file.name}'
+
+
+@lru_cache(maxsize=32)
+def shipped_set(law: str) -> LawSet | None:
+    """Return the shipped set of a law; None for a law from elsewhere, or a package without its parameter files."""
+    folder = shipped_folder('')
+    file = folder / f'{law}.yaml' if folder else None
+    if file is None or law not in LAWS or not file.is_file():
+        return None
+    nodes = {node: _listed(part) for node, part in configure(load([file]))._asdict().items()}
+    groups = groups_of(LAWS[law])
+    of_law = {name: value for name, value in nodes[POSITION].items() if name == LAW or name.partition('.')[0] in groups}
+    gains = {name: value for name, value in nodes[VELOCITY].items() if name.startswith('gains.')}
+    return LawSet(law, file, {VELOCITY: gains, POSITION: of_law}, {
+        name: value for name, value in nodes[POSITION].items() if name in _CONDITIONS or name.startswith('robot.')})
+
+
+def _listed(part: Any) -> dict[str, Any]:
+    """Return a node's parameters by dotted name, arrays as lists."""
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in flatten(part).items()}
+
+
+def shipped(law: str) -> dict[str, Any]:
+    """
+    Return the shipped set of a law as parameters by ``NODE.PARAMETER``.
+
+    Raises
+    ------
+    ParameterError
+        If the package has no set for it.
+
+    Examples
+    --------
+    >>> shipped('kanayama')['position_controller.kanayama.kx']
+    2.2111
+
+    """
+    found = shipped_set(law)
+    if found is None:
+        known = [name for name in LAWS if shipped_set(name)]
+        raise ParameterError([f"law = '{printable(law)}' has no shipped set; {nearest(law, known)}"])
+    return {f'{node}.{name}': value for node, values in found.values.items() for name, value in values.items()}
+
+
+def gains_of(configuration: Configuration) -> str:
+    """Return 'shipped' or 'changed' for the gains of a configuration's law; '' for one without a set for its robot."""
+    present = {node: _listed(part) for node, part in configuration._asdict().items()}
+    found = set_for(configuration.position_controller.control.controller_type, present)
+    return '' if found is None else 'changed' if differing(found, present) else 'shipped'
+
+
+def set_for(law: str, present: Present) -> LawSet | None:
+    """Return the shipped set of a law if its robot and rates are those of the nodes with these parameters."""
+    found, ours = shipped_set(law), present.get(POSITION, {})
+    fits = found is not None and VELOCITY in present and present.get('plant', {}).get('drive') != 'velocity' and all(
+        ours.get(name) == value for name, value in found.conditions.items())
+    return found if fits else None
+
+
+def differing(found: LawSet, present: Present) -> Values:
+    """Return the values of a set that differ from the present ones, by node."""
+    unlike = {node: {name: value for name, value in values.items() if present.get(node, {}).get(name) != value}
+              for node, values in found.values.items()}
+    return {node: values for node, values in unlike.items() if values}
+
+
+def _group(node: str, name: str) -> tuple[str, str]:
+    return node, name.partition('.')[0]
+
+
+def groups_set_by_user(present: Present) -> set[tuple[str, str]]:
+    """Return the groups, as node and group, whose present gains are neither the defaults nor those of a shipped set."""
+    sets = [found.values for law in LAWS if (found := shipped_set(law))]
+    defaults = {node: {name: list(one.default) if isinstance(one.default, tuple) else one.default
+                       for name, one in declarations(NODES[node]).items()} for node in (POSITION, VELOCITY)}
+    users: set[tuple[str, str]] = set()
+    for node, group in {_group(node, name) for values in sets for node, given in values.items() for name in given}:
+        known = [{name: value for name, value in values[node].items() if _group(node, name) == (node, group)}
+                 for values in (*sets, defaults)]
+        ours = present.get(node, {})
+        if group != LAW and not any(gains and all(ours.get(name) == value for name, value in gains.items())
+                                    for gains in known):
+            users.add((node, group))
+    return users
+
+
+def law_note(sources: ParameterSources) -> str:
+    """
+    Return a line on a law that a single parameter selects without the other gains of its shipped set.
+
+    Parameters
+    ----------
+    sources : ParameterSources
+        Of the run. What its single parameters set is meant so.
+
+    Returns
+    -------
+    str
+        '' if none selects the law, or all its gains are those of the set.
+
+    Raises
+    ------
+    ParameterError
+        If the parameters are refused.
+
+    """
+    meant = {name for override in sources.overrides for name in read_override(override)[2]}
+    if LAW not in meant:
+        return ''
+    configuration = sources.configuration()
+    present = {node: _listed(part) for node, part in configuration._asdict().items()}
+    law = configuration.position_controller.control.controller_type
+    found = set_for(law, present)
+    if found is None:
+        return ''
+    groups = sorted({_group(node, name) for node, values in differing(found, present).items() for name in values
+                     if name not in meant})
+    if not groups:
+        return ''
+    return (f'{LAW} = {law} changes the law alone: {" and ".join(f"{node}.{group}" for node, group in groups)} '
+            f'{"differs" if len(groups) == 1 else "differ"} from {found.given}; take them with --params-file '
+            f'{found.given}')
+
