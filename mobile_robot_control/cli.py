@@ -39,12 +39,16 @@ def _add_plugin_options(parser: argparse.ArgumentParser) -> None:
 class _CommandParser(argparse.ArgumentParser):
     """Loads the files of ``--law`` and ``--curve`` before other options may name what these define."""
 
+    drives = False
+    """Whether the command drives the configured law, and so the one law of its ``--law``."""
+
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         plugins = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+        laws: tuple[str, ...] = ()
         _add_plugin_options(plugins)
         try:
             early, _ = plugins.parse_known_args(args)
-            load_plugins(early.law_files, early.curve_files)
+            laws = load_plugins(early.law_files, early.curve_files)
         except argparse.ArgumentError:
             pass  # the whole parser says so in its own words
         except ParameterError as error:
@@ -57,6 +61,7 @@ class _CommandParser(argparse.ArgumentParser):
                 self.error(f"unknown option '{name}'; {nearest(name, self._option_string_actions)}")
         found, rest = super().parse_known_args(args, namespace)
         found.command_line = shlex.join([self.prog, *given])
+        found.laws = laws if self.drives else ()
         return found, rest
 
     def error(self, message: str) -> NoReturn:
@@ -65,7 +70,7 @@ class _CommandParser(argparse.ArgumentParser):
 
 
 def make_parser(
-    name: str, documentation: str | None, *requests: type, positional: Collection[str] = ()
+    name: str, documentation: str | None, *requests: type, positional: Collection[str] = (), drives: bool = False
 ) -> argparse.ArgumentParser:
     """
     Make a command's parser: what all commands take, and an option for each field of its requests.
@@ -81,6 +86,8 @@ def make_parser(
         NamedTuples whose fields are declared with `Field`; read them from the options with `request_of`.
     positional : collection of str
         Fields that are arguments without a name.
+    drives : bool
+        Whether the command drives the configured law; then the one law of ``--law`` is selected if no other is.
 
     """
     # an abbreviated --law would be read after the options that need its law
@@ -89,6 +96,7 @@ def make_parser(
         prog=name, description=first.partition(': ')[2], allow_abbrev=False,
         epilog='\n\n'.join(filter(None, [notes, '' if 'Exit codes:' in notes else EXIT_CODES])),
         formatter_class=argparse.RawDescriptionHelpFormatter)
+    made.drives = drives
     made.add_argument('--version', action='version', version=f'{name} {__version__}')
     made.add_argument('--robot', metavar='NAME|FILE', help='name of a robot of this package, or its parameter file; '
                       'the other parameter files and -p win over it')
@@ -166,7 +174,7 @@ def request_of(request: type[Request], options: argparse.Namespace) -> Request:
 
 def sources_of(options: argparse.Namespace) -> ParameterSources:
     """Return where the options that all commands take find the loop's parameters."""
-    return ParameterSources(options.robot, tuple(options.params_files), tuple(options.overrides))
+    return ParameterSources(options.robot, tuple(options.params_files), tuple(options.overrides), options.laws)
 
 
 def make_main(

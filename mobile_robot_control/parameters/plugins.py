@@ -64,11 +64,12 @@ def register(record: Any) -> Any:
     raise PluginError([f'{printable(repr(record))} is neither a law nor a curve; make a record Law(...) or Curve(...)'])
 
 
-def load_plugins(law_files: Sequence[str], curve_files: Sequence[str]) -> None:
-    """Load files of laws and of curves; raise PluginError for the first refused one."""
-    for kind, files in (('law', law_files), ('curve', curve_files)):
-        for file in files:
-            REGISTRIES[kind].load_file(file)
+def load_plugins(law_files: Sequence[str], curve_files: Sequence[str]) -> tuple[str, ...]:
+    """Load files of laws and of curves; return the names of the laws, or raise PluginError for a refused file."""
+    found = [record.name for file in law_files for record in REGISTRIES['law'].load_file(file)]
+    for file in curve_files:
+        REGISTRIES['curve'].load_file(file)
+    return tuple(dict.fromkeys(found))
 
 
 def plugin_environment() -> dict[str, str]:

@@ -119,7 +119,7 @@ def _replay_into_files(
 
 def parser() -> argparse.ArgumentParser:
     """Make the parser of `study`."""
-    return make_parser('study', __doc__, StudyRequest, StudyFiles)
+    return make_parser('study', __doc__, StudyRequest, StudyFiles, drives=True)
 
 
 def _run(options: argparse.Namespace) -> int:

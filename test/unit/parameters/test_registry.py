@@ -114,7 +114,7 @@ def field(*arguments):
     ('import nowhere', 'cannot be imported (ModuleNotFoundError'),
     ('import sys\nsys.exit(3)', 'cannot be imported (SystemExit'),
     ('def (', 'cannot be imported (SyntaxError'),
-    ('', 'has no LAW; a law is a record of that name'),
+    ('', 'has no LAW; end it with LAW = Law(name, step, gains)'),
     (gains_of("Annotated[float, Field('', 'larger', above=0.0)]", ''), 'each with a default'),
     (gains_of('float'), 'annotated with Field'),
     (field(), "'mine': its gain 'gain' has neither bounds nor a range"),
