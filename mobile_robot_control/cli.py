@@ -61,7 +61,7 @@ class _CommandParser(argparse.ArgumentParser):
                 self.error(f"unknown option '{name}'; {nearest(name, self._option_string_actions)}")
         found, rest = super().parse_known_args(args, namespace)
         found.command_line = shlex.join([self.prog, *given])
-        found.laws = laws if self.drives else ()
+        found.own_laws = laws if self.drives else ()
         return found, rest
 
     def error(self, message: str) -> NoReturn:
@@ -174,7 +174,8 @@ def request_of(request: type[Request], options: argparse.Namespace) -> Request:
 
 def sources_of(options: argparse.Namespace) -> ParameterSources:
     """Return where the options that all commands take find the loop's parameters."""
-    return ParameterSources(options.robot, tuple(options.params_files), tuple(options.overrides), options.laws)
+    return ParameterSources(options.robot, tuple(options.params_files), tuple(options.overrides),
+                            options.own_laws)
 
 
 def make_main(

@@ -109,6 +109,8 @@ def _run(options: argparse.Namespace) -> int:
     from mobile_robot_control.conformance.checks import records_of  # noqa: PLC0415
 
     laws, curves = records_of(options.file)
+    names = [*(law.name for law in laws), *(curve.name for curve in curves)]
+    print(f'testing: checking {", ".join(names)}, for some seconds', file=sys.stderr)
     checks: list[Callable[[], Conformance]] = [
         *(partial(check_law, law, options.over_dds) for law in laws),
         *(partial(check_curve, curve, options.over_dds) for curve in curves)]

@@ -31,7 +31,7 @@ from mobile_robot_control.benchmarking.table import summary_lines
 from mobile_robot_control.cli import make_dds_main, make_parser, request_of
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.system.process import Interrupt
-from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.progress import StagedBar
 from mobile_robot_control.system.texts import printable
 
 CELLS = 'cells'
@@ -79,8 +79,7 @@ def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, comma
 
 def run_with_progress(benchmark: Benchmark, cells: Path) -> Done:
     """Run all cells with a progress bar until they are done or Ctrl-C is pressed."""
-    with Interrupt() as interrupt, tqdm(
-            total=benchmark.rollouts, disable=None, unit='rollout', unit_scale=True) as bar:
+    with Interrupt() as interrupt, StagedBar(benchmark.rollouts, 'rollout', 'searching', unit_scale=True) as bar:
         return benchmark.run(cells, bar.update, lambda: interrupt.requested)
 
 
