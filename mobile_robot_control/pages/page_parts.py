@@ -104,7 +104,7 @@ def _missing(run: Run) -> str:
     if run.problems:
         return 'its recording is not complete, see what is missing below'
     recorded = any(signal.received.size for signal in run.series.signals.values())
-    return 'no message was lost' if recorded else 'no row of its table is missing'
+    return 'no message was lost' if recorded else 'its table is complete'
 
 
 def _missing_of_several(runs: Sequence[Run]) -> str:

@@ -39,8 +39,10 @@ class StagedBar(tqdm):
     def update(self, n: float | None = 1) -> bool | None:
         """Move the bar, as tqdm does."""
         is_last = self.total is not None and self.n + (n or 0) >= self.total
-        self.set_description('analysing and drawing' if is_last else self._doing, refresh=is_last)
+        self.set_description('analysing and drawing' if is_last else self._doing, refresh=False)
         moved: bool | None = super().update(n)
+        if is_last:
+            self.refresh()
         return moved
 
 
