@@ -20,7 +20,7 @@ from mobile_robot_control.report.animation import write_frames
 _WINDOW = (720, 620)
 """[px]: the replay fills what sentence and numbers leave."""
 FRAMES, _COLORS = 96, 64
-_LAP = 16.0
+LAP = 16.0
 """[s]."""
 _BESIDE = (0.7, -0.4, 0.0)
 """Start of the robot, 0.5 m from the cart [m], [m], [rad]."""
@@ -73,8 +73,8 @@ def write_moving_picture(config: Path, file: Path) -> None:
         Where there is no Chromium; the file is left as it is.
     """
     # the first law of the table in README.md
-    run = mrc.simulate(config / 'kanayama.yaml', duration=_LAP, name="Kanayama's law", parameters={
-        'reference_cart.curve': 'lemniscate', 'reference_cart.period': _LAP, 'plant.initial_pose': _BESIDE})
+    run = mrc.simulate(config / 'kanayama.yaml', duration=LAP, name="Kanayama's law", parameters={
+        'reference_cart.curve': 'lemniscate', 'reference_cart.period': LAP, 'plant.initial_pose': _BESIDE})
     driver = _chromium()
     try:
         with tempfile.TemporaryDirectory() as folder:

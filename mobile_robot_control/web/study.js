@@ -58,7 +58,7 @@
       pen.font = '12px system-ui, sans-serif';
       pen.strokeStyle = mrc.colour('--faint');
       pen.fillStyle = mrc.colour('--soft');
-      const step = 10 ** Math.floor(Math.log10(reach)) * (reach / 10 ** Math.floor(Math.log10(reach)) > 4 ? 2 : 1) / 2;
+      const step = mrc.roundStep(reach / 3);
       for (let n = -Math.floor(reach / step); n * step < reach; n++) {
         const at = size / 2 * (1 + n * step / reach);
         pen.strokeRect(at, 0, 0, size);
