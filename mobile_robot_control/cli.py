@@ -21,6 +21,8 @@ from mobile_robot_control.version import __version__
 
 Request = TypeVar('Request')
 
+_KEEP_GOING = '--keep-going'
+"""Of `benchmark`: other commands refuse the option after the files are loaded."""
 EXIT_CODES = """Exit codes:
   0  done
   1  failed: the motion diverged, the law failed, a node died, Ctrl-C, a full disk
@@ -31,7 +33,7 @@ EXIT_CODES = """Exit codes:
 def _add_plugin_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group('laws and curves of your own')
     group.add_argument('--law', action='append', default=[], metavar='FILE.py', dest='law_files',
-                       help='Python file with a position law LAW; may be repeated')
+                       help='Python file with a position law LAW, or a folder of such files; may be repeated')
     group.add_argument('--curve', action='append', default=[], metavar='FILE.py', dest='curve_files',
                        help='Python file with a curve CURVE; may be repeated')
 
@@ -43,17 +45,17 @@ class _CommandParser(argparse.ArgumentParser):
     """Whether the command drives the configured law, and so the one law of its ``--law``."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        given = sys.argv[1:] if args is None else list(args)
         plugins = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
         laws: tuple[str, ...] = ()
         _add_plugin_options(plugins)
         try:
             early, _ = plugins.parse_known_args(args)
-            laws = load_plugins(early.law_files, early.curve_files)
+            laws = load_plugins(early.law_files, early.curve_files, _KEEP_GOING in given)
         except argparse.ArgumentError:
             pass  # the whole parser says so in its own words
         except ParameterError as error:
             self.exit(2, ''.join(f'{self.prog}: {printable(violation)}\n' for violation in error.violations))
-        given = sys.argv[1:] if args is None else list(args)
         for word in given[:given.index('--')] if '--' in given else given:
             name = word.partition('=')[0]
             # argparse names what is missing first, and takes a word with a space for a value

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.quantities import BodyVelocity, Observation
-from mobile_robot_control.system.texts import describe_error, last_returned, located_error, place_of_error, shortened
+from mobile_robot_control.system.texts import describe_error, form_of, last_returned, located_error, place_of_error
 
 
 class NoState(NamedTuple):
@@ -117,7 +117,7 @@ def law_failure(repeat: Callable[[], Any], error: BaseException | None = None) -
         return located_error(error)
     result, place = last_returned(repeat)
     if place and not _is_result(result):
-        return f'its step returned {shortened(repr(result), 100)}{place}; write return state, BodyVelocity(v, omega)'
+        return f'its step returned {form_of(result)}{place}; write return state, BodyVelocity(v, omega)'
     if error is not None:
         return describe_error(error) + place
     command = f'v = {result[1].linear} m/s, omega = {result[1].angular} rad/s{place}' if place else 'not finite'

@@ -267,19 +267,20 @@ class Registry(Mapping[str, Record], Generic[Record]):
                 try:
                     self.load_file(file)
                 except PluginError as error:
-                    self._note_failure(file, str(error))
+                    self.note_failure(file, str(error))
         points, fault = installed_entry_points(self._source.entry_points)
         if fault:
-            self._note_failure('entry points', fault)
+            self.note_failure('entry points', fault)
         for point in points:
             try:
                 with contextlib.redirect_stdout(sys.stderr):
                     record = point.load()
                 self.register(record)
             except BaseException as error:  # a module may raise anything, SystemExit too
-                self._note_failure(point.name, self._refusal(f'entry point {point.name} = {point.value}', error))
+                self.note_failure(point.name, self._refusal(f'entry point {point.name} = {point.value}', error))
 
-    def _note_failure(self, name: str, reason: str) -> None:
+    def note_failure(self, name: str, reason: str) -> None:
+        """Keep the reason why a file or an entry point was not loaded, and print it."""
         self.failures[name] = reason
         print(f'not loaded: {printable(reason)}', file=sys.stderr)
 

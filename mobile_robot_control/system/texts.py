@@ -115,6 +115,21 @@ def last_returned(repeat: Callable[[], Any]) -> Returned:
     return found
 
 
+def form_of(value: Any) -> str:
+    """
+    Return the form of a value: types in place of numbers, so that equal faults have equal texts.
+
+    Examples
+    --------
+    >>> form_of((None, (0.5, 1)))
+    '(None, (float, int))'
+
+    """
+    if type(value) is tuple:
+        return f"({', '.join(map(form_of, value))})"
+    return 'None' if value is None else type(value).__name__
+
+
 def distinct(names: Sequence[str]) -> list[str]:
     """
     Number the names that occur more than once.

@@ -131,10 +131,10 @@ def test_a_file_that_cannot_be_loaded_is_named_with_its_reason(tmp_path, text, w
     assert 'mine' not in LAWS
 
 
-@pytest.mark.parametrize('file', ['nowhere.py', '.'])
-def test_a_file_that_cannot_be_read_is_refused(file):
-    with pytest.raises(PluginError, match=r'cannot be read|is not a regular file|has no LAW'):
-        load_plugins([file], [])
+def test_a_file_that_cannot_be_read_and_a_folder_without_one_are_refused(tmp_path):
+    for file in ('nowhere.py', str(tmp_path)):
+        with pytest.raises(PluginError, match=r'cannot be read|has no Python file'):
+            load_plugins([file], [])
 
 
 @pytest.mark.parametrize(('point', 'words'), [
