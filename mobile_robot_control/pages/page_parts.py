@@ -338,8 +338,8 @@ def promise_parts(found: Promise) -> Iterator[str]:
            'are those of the smallest margins.</p>')
     modelled = [f'{effect}: {value}' for effect, value in values['modelled'].items()]
     left_out = values['margins']['not_in_margins']
-    for title, texts in (('Modelled', modelled), ('Not modelled: the error of a robot that has any of it is unknown',
-                                                  values['not_modelled']), ('Not in the margins', left_out),
+    unknown = 'Not modelled: a robot with any of these effects may have another error'
+    for title, texts in (('Modelled', modelled), (unknown, values['not_modelled']), ('Not in the margins', left_out),
                           ('Ruled out', values['ruled_out']),
                           ('Spread', [spread_text(found.spread)] if found.spread else [])):
         if texts:
