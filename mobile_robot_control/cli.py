@@ -33,7 +33,7 @@ EXIT_CODES = """Exit codes:
 def _add_plugin_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group('laws and curves of your own')
     group.add_argument('--law', action='append', default=[], metavar='FILE.py', dest='law_files',
-                       help='Python file with a position law LAW, or a folder of such files; may be repeated')
+                       help='Python file with a position law, or a folder of them; may be repeated')
     group.add_argument('--curve', action='append', default=[], metavar='FILE.py', dest='curve_files',
                        help='Python file with a curve CURVE; may be repeated')
 

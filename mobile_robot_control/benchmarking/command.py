@@ -45,8 +45,7 @@ class BenchmarkFiles(NamedTuple):
     resume: Annotated[bool, Field('', 'go on with what the folder holds; laws, tracks and seeds may be '
                       'added')] = False
     overwrite: Annotated[bool, Field('', 'replace a benchmark that the folder already holds')] = False
-    keep_going: Annotated[bool, Field('', 'leave out the files of --law that cannot be loaded, and name their reasons '
-                                      'in the result')] = False
+    keep_going: Annotated[bool, Field('', 'leave out files of --law that cannot be loaded, with their reasons')] = False
     verify: Annotated[bool, Field('', 'repeat 12 drawn runs of the benchmark in the folder, with the same options, by '
                                   'four nodes in lockstep; exit code 1 where one differs by more than 1e-9')] = False
 
