@@ -100,6 +100,9 @@ def test_a_law_that_is_not_loaded_is_refused_with_both_ways_to_load_it(capsys):
     for word in ('controller_type:=my_kanayama', 'my_kanayama.kx:=1.0'):
         assert simulate.main(['--duration', '1', '-p', f'position_controller.{word}']) == 2
         assert re.search('with --law, or register it in Python', capsys.readouterr().err)
+    with pytest.raises(SystemExit, match='2'):
+        tune.main([*BARE, '--output', 'found.yaml'])
+    assert re.search('with --law, or register it in Python', capsys.readouterr().err)
 
 
 @pytest.mark.parametrize(('option', 'text', 'words'), [
