@@ -57,7 +57,8 @@ endef
 $(BIN)/activate:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || \
 	  { echo "$(PYTHON) is older than 3.10; name a newer one: make PYTHON=python3.11"; exit 2; }
-	$(PYTHON) -m venv $(VENV_OPTIONS) $(VENV)
+	@echo 'making the environment $(VENV): half a minute or less'
+	@$(PYTHON) -m venv $(VENV_OPTIONS) $(VENV)
 
 $(READY): setup.py setup.cfg package.xml $(wildcard constraints/*) | $(BIN)/activate
 	$(call install,$(EXTRAS))

@@ -21,6 +21,8 @@ from mobile_robot_control.version import __version__
 
 Request = TypeVar('Request')
 
+_KEEP_GOING = '--keep-going'
+"""Of `benchmark`: other commands refuse the option after the files are loaded."""
 EXIT_CODES = """Exit codes:
   0  done
   1  failed: the motion diverged, the law failed, a node died, Ctrl-C, a full disk
@@ -31,7 +33,7 @@ EXIT_CODES = """Exit codes:
 def _add_plugin_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group('laws and curves of your own')
     group.add_argument('--law', action='append', default=[], metavar='FILE.py', dest='law_files',
-                       help='Python file with a position law LAW; may be repeated')
+                       help='Python file with a position law, or a folder of them; may be repeated')
     group.add_argument('--curve', action='append', default=[], metavar='FILE.py', dest='curve_files',
                        help='Python file with a curve CURVE; may be repeated')
 
@@ -39,17 +41,21 @@ def _add_plugin_options(parser: argparse.ArgumentParser) -> None:
 class _CommandParser(argparse.ArgumentParser):
     """Loads the files of ``--law`` and ``--curve`` before other options may name what these define."""
 
+    drives = False
+    """Whether the command drives the configured law, and so the one law of its ``--law``."""
+
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        given = sys.argv[1:] if args is None else list(args)
         plugins = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
+        laws: tuple[str, ...] = ()
         _add_plugin_options(plugins)
         try:
             early, _ = plugins.parse_known_args(args)
-            load_plugins(early.law_files, early.curve_files)
+            laws = load_plugins(early.law_files, early.curve_files, _KEEP_GOING in given)
         except argparse.ArgumentError:
             pass  # the whole parser says so in its own words
         except ParameterError as error:
             self.exit(2, ''.join(f'{self.prog}: {printable(violation)}\n' for violation in error.violations))
-        given = sys.argv[1:] if args is None else list(args)
         for word in given[:given.index('--')] if '--' in given else given:
             name = word.partition('=')[0]
             # argparse names what is missing first, and takes a word with a space for a value
@@ -57,6 +63,7 @@ class _CommandParser(argparse.ArgumentParser):
                 self.error(f"unknown option '{name}'; {nearest(name, self._option_string_actions)}")
         found, rest = super().parse_known_args(args, namespace)
         found.command_line = shlex.join([self.prog, *given])
+        found.own_laws = laws if self.drives else ()
         return found, rest
 
     def error(self, message: str) -> NoReturn:
@@ -65,7 +72,7 @@ class _CommandParser(argparse.ArgumentParser):
 
 
 def make_parser(
-    name: str, documentation: str | None, *requests: type, positional: Collection[str] = ()
+    name: str, documentation: str | None, *requests: type, positional: Collection[str] = (), drives: bool = False
 ) -> argparse.ArgumentParser:
     """
     Make a command's parser: what all commands take, and an option for each field of its requests.
@@ -81,6 +88,8 @@ def make_parser(
         NamedTuples whose fields are declared with `Field`; read them from the options with `request_of`.
     positional : collection of str
         Fields that are arguments without a name.
+    drives : bool
+        Whether the command drives the configured law; then the one law of ``--law`` is selected if no other is.
 
     """
     # an abbreviated --law would be read after the options that need its law
@@ -89,6 +98,7 @@ def make_parser(
         prog=name, description=first.partition(': ')[2], allow_abbrev=False,
         epilog='\n\n'.join(filter(None, [notes, '' if 'Exit codes:' in notes else EXIT_CODES])),
         formatter_class=argparse.RawDescriptionHelpFormatter)
+    made.drives = drives
     made.add_argument('--version', action='version', version=f'{name} {__version__}')
     made.add_argument('--robot', metavar='NAME|FILE', help='name of a robot of this package, or its parameter file; '
                       'the other parameter files and -p win over it')
@@ -166,7 +176,8 @@ def request_of(request: type[Request], options: argparse.Namespace) -> Request:
 
 def sources_of(options: argparse.Namespace) -> ParameterSources:
     """Return where the options that all commands take find the loop's parameters."""
-    return ParameterSources(options.robot, tuple(options.params_files), tuple(options.overrides))
+    return ParameterSources(options.robot, tuple(options.params_files), tuple(options.overrides),
+                            options.own_laws)
 
 
 def _tell_of_law(command: str, options: argparse.Namespace) -> None:

@@ -108,12 +108,12 @@ def _run(options: argparse.Namespace) -> int:
     """Check the records of a file; return 1 if any check fails."""
     from mobile_robot_control.conformance.checks import records_of  # noqa: PLC0415
 
-    law, curve = records_of(options.file)
-    checks: list[Callable[[], Conformance]] = []
-    if law is not None:
-        checks.append(partial(check_law, law, options.over_dds))
-    if curve is not None:
-        checks.append(partial(check_curve, curve, options.over_dds))
+    laws, curves = records_of(options.file)
+    names = [*(law.name for law in laws), *(curve.name for curve in curves)]
+    print(f'testing: checking {", ".join(names)}, for some seconds', file=sys.stderr)
+    checks: list[Callable[[], Conformance]] = [
+        *(partial(check_law, law, options.over_dds) for law in laws),
+        *(partial(check_curve, curve, options.over_dds) for curve in curves)]
     failed = [check for check in checks if not _printed(check)]
     return 1 if failed else 0
 

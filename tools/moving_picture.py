@@ -1,4 +1,4 @@
-"""The moving picture of README.md and docs/results.md: a headless Chromium plays the replay of a report."""
+"""The moving picture of README.md: a headless Chromium plays the replay of a report."""
 
 import io
 import os
@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from chapter_figures.runs import HYBRID_LEMNISCATE, LAP, Runs
 from PIL import Image
 
+import mobile_robot_control as mrc
 from mobile_robot_control.pages import page
 from mobile_robot_control.pages.page_parts import first_screen, replay_scripts, replay_styles
 from mobile_robot_control.report.animation import write_frames
@@ -20,6 +20,10 @@ from mobile_robot_control.report.animation import write_frames
 _WINDOW = (720, 620)
 """[px]: the replay fills what sentence and numbers leave."""
 FRAMES, _COLORS = 96, 64
+LAP = 16.0
+"""[s]."""
+_BESIDE = (0.7, -0.4, 0.0)
+"""Start of the robot, 0.5 m from the cart [m], [m], [rad]."""
 
 
 def _chromium() -> Any:
@@ -45,7 +49,8 @@ def _frames(driver: Any, file: Path) -> Iterator[Image.Image]:
         'width': _WINDOW[0], 'height': _WINDOW[1], 'deviceScaleFactor': 1, 'mobile': False})
     driver.get(file.as_uri())
     end = driver.execute_script('return mrc.clock.end')
-    element = driver.find_element('id', 'replay')
+    # without the buttons, on which nobody can click here
+    element = driver.find_element('css selector', '#replay canvas')
     for time in np.linspace(0.0, end, FRAMES):
         driver.execute_script('mrc.clock.set(arguments[0])', float(time))
         yield Image.open(io.BytesIO(element.screenshot_as_png)).convert('RGB')
@@ -53,7 +58,7 @@ def _frames(driver: Any, file: Path) -> Iterator[Image.Image]:
 
 def write_moving_picture(config: Path, file: Path) -> None:
     """
-    Play the hybrid run on the lemniscate as a report shows it, and write it as an animation.
+    Play a lap of the lemniscate as a report shows it, and write it as an animation.
 
     Parameters
     ----------
@@ -67,13 +72,14 @@ def write_moving_picture(config: Path, file: Path) -> None:
     SystemExit
         Where there is no Chromium; the file is left as it is.
     """
-    measured = Runs(config).measured(HYBRID_LEMNISCATE)
-    runs = [measured._replace(name='hybrid backstepping', series=measured.series.until(LAP))]
+    # the first law of the table in README.md
+    run = mrc.simulate(config / 'kanayama.yaml', duration=LAP, name="Kanayama's law", parameters={
+        'reference_cart.curve': 'lemniscate', 'reference_cart.period': LAP, 'plant.initial_pose': _BESIDE})
     driver = _chromium()
     try:
         with tempfile.TemporaryDirectory() as folder:
             shown = Path(os.path.realpath(folder)) / 'report.html'
-            shown.write_text(page.page('replay', [first_screen('replay', runs)], replay_styles(), replay_scripts()),
+            shown.write_text(page.page('replay', [first_screen('replay', [run])], replay_styles(), replay_scripts()),
                              encoding='utf-8')
             write_frames(list(_frames(driver, shown)), file, _COLORS)
     finally:

@@ -53,7 +53,7 @@ def parts() -> list[Part]:
                                           'docs/images/starts_map.png', 'docs/images/parking.png'), ('docs/images',)),
         Part('examples/tutorial/execute.py', ('examples/tutorial/trajectory_tracking.ipynb',), ()),
         # needs chromium
-        Part('tools/moving_picture.py', ('docs/images/hybrid_lemniscate.gif',)),
+        Part('tools/moving_picture.py', ('docs/images/lemniscate.gif',)),
     ]
 
 

@@ -27,8 +27,8 @@ THIN_PERIODS = 2.0
 THIN_DELAY = 0.05
 """[s]: a delay margin of the position loop below it is thin."""
 
-_UNKNOWN = 'the error of a robot that has any of it is unknown'
-_REMEDY = 'Find out, and set it or name it in plant.ruled_out'
+_UNKNOWN = 'a robot with any of these effects may have another error'
+_REMEDY = 'Measure each on your robot, then set its parameter, or name it in plant.ruled_out'
 
 
 class Promise(NamedTuple):

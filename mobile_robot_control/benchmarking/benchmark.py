@@ -22,7 +22,7 @@ from mobile_robot_control.search.tune import refuse_files
 from mobile_robot_control.settings.configure import File, parameter_sources
 from mobile_robot_control.settings.provenance import call_text, provenance
 from mobile_robot_control.system.files import write_atomically
-from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.progress import StagedBar
 
 if TYPE_CHECKING:
     from mobile_robot_control.report.inline_page import InlinePage
@@ -171,6 +171,6 @@ def benchmark(
     sources = parameter_sources(files, None, parameters)
     chosen = Benchmark(make_request(BenchmarkRequest, {'sources': sources, **asked}))
     with (tempfile.TemporaryDirectory() as folder,
-          tqdm(total=chosen.rollouts, disable=not progress, unit='rollout') as bar):
+          StagedBar(chosen.rollouts, 'rollout', 'searching', progress) as bar):
         done = chosen.run(Path(folder), bar.update, lambda: False)
     return benchmarked(chosen, done, call_text('benchmark', *files, parameters=parameters, **asked))

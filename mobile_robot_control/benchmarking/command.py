@@ -31,7 +31,7 @@ from mobile_robot_control.benchmarking.table import summary_lines
 from mobile_robot_control.cli import make_dds_main, make_parser, request_of
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.system.process import Interrupt
-from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.progress import StagedBar
 from mobile_robot_control.system.texts import printable
 
 CELLS = 'cells'
@@ -45,6 +45,7 @@ class BenchmarkFiles(NamedTuple):
     resume: Annotated[bool, Field('', 'go on with what the folder holds; laws, tracks and seeds may be '
                       'added')] = False
     overwrite: Annotated[bool, Field('', 'replace a benchmark that the folder already holds')] = False
+    keep_going: Annotated[bool, Field('', 'leave out files of --law that cannot be loaded, with their reasons')] = False
     verify: Annotated[bool, Field('', 'repeat 12 drawn runs of the benchmark in the folder, with the same options, by '
                                   'four nodes in lockstep; exit code 1 where one differs by more than 1e-9')] = False
 
@@ -79,8 +80,7 @@ def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, comma
 
 def run_with_progress(benchmark: Benchmark, cells: Path) -> Done:
     """Run all cells with a progress bar until they are done or Ctrl-C is pressed."""
-    with Interrupt() as interrupt, tqdm(
-            total=benchmark.rollouts, disable=None, unit='rollout', unit_scale=True) as bar:
+    with Interrupt() as interrupt, StagedBar(benchmark.rollouts, 'rollout', 'searching', unit_scale=True) as bar:
         return benchmark.run(cells, bar.update, lambda: interrupt.requested)
 
 

@@ -232,6 +232,8 @@ def _parts(
            f'{values["runs"]}. Hash <code>{values["hash"]}</code>.</p>')
     if values['unfinished']:
         yield _missing(values)
+    if values.get('not_loaded'):
+        yield page.warning('Not loaded', [*values['not_loaded'].values()])
     failures, published = _failures(values), _published(values)
     yield page.contents([('laws', 'Laws', ()), ('tracks', 'Tracks', ()), ('pictures', 'Paths and errors', ()),
                          *([('failures', 'Failures', ())] if failures else []),

@@ -27,6 +27,7 @@ from mobile_robot_control.benchmarking.ranking import (
     rank_ranges,
     ratios,
 )
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.elementary import ARITHMETIC, exp
 from mobile_robot_control.loop.monte_carlo import CONFIDENCE, JudgedRuns, wilson_interval
 from mobile_robot_control.studying.comparison import mean_interval
@@ -70,6 +71,7 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
                    for name, track in benchmark.tracks.items()},
         'unfinished': [{'law': cell.law, 'track': cell.track.name, 'seed': cell.seed, 'feedforward': cell.feedforward}
                        for cell in benchmark.cells if id(cell) not in held],
+        'not_loaded': dict(LAWS.failures),
         'summary': [row for budget in benchmark.budgets or (0,)
                     for row in summary_of(benchmark.laws, budget, ranks, pairs, groups)],
         'ranks': ranks, 'pairs': pairs, 'results': results,
@@ -351,9 +353,11 @@ def worth(values: Values) -> str:
 
 def summary_lines(values: Values) -> Iterator[str]:
     """Yield what the command prints: the laws over all tracks, the published numbers, and the hash."""
+    reasons = {row['law']: f' ({row["reason"]})' for row in reversed(values['results']) if row['reason']}
     for one in last_summary(values):
-        other = ''.join(f'; {what} on {", ".join(tracks)}' for what, tracks in (
-            ('fails in most runs', one['failed']), (NOT_SEARCHED, one['not_searched'])) if tracks)
+        other = ''.join(f'; {what} on {", ".join(tracks)}{reason}' for what, tracks, reason in (
+            ('fails in most runs', one['failed'], reasons.get(one['law'], '')),
+            (NOT_SEARCHED, one['not_searched'], '')) if tracks)
         if one['place'] is None:
             yield f'{one["law"]}{other}'.replace(';', ':', 1)
             continue
@@ -362,6 +366,7 @@ def summary_lines(values: Values) -> Iterator[str]:
         yield (f'{one["law"]}: unbeaten on {one["unbeaten"]} of {one["tracks"]} tracks; of {one["comparisons"]} '
                f'comparisons better in {one["wins"]}, worse in {one["losses"]}; {largest}success in '
                f'{100.0 * one["least_success"]:.1f} % of the runs or more{other}')
+    yield from (f'not loaded: {reason}' for reason in values.get('not_loaded', {}).values())
     yield worth(values)
     if values['unfinished']:
         yield f'{len(values["unfinished"])} cells are not finished; --resume goes on'

@@ -136,28 +136,21 @@ def holding(registry: Registry[Any], record: Any) -> Iterator[None]:
             registry.register(before)
 
 
-def records_of(file: str) -> tuple[Law | None, Curve | None]:
-    """Return LAW and CURVE of a file, None for a missing one; raise PluginError if both are missing."""
-    law = curve = None
-    refusals: list[str] = []
-    try:
-        law = LAWS.load_file(file)
-    except PluginError as refusal:
-        refusals.append(str(refusal))
-    if law is None and 'has no LAW' not in refusals[0]:
-        raise PluginError(refusals)
-    if law is None or 'CURVE' in vars(sys.modules[law.step.__module__]):
+def records_of(file: str) -> tuple[tuple[Law, ...], tuple[Curve, ...]]:
+    """Return the laws and the curves of a file; raise PluginError if it has neither."""
+    found: list[tuple[Any, ...]] = []
+    # each import of the file makes new records: the laws' import is the last one, and its curves are those of the text
+    for registry, missing in ((CURVES, 'has no CURVE'), (LAWS, 'has no LAW')):
         try:
-            curve = CURVES.load_file(file)
+            found.append(registry.load_file(file))
         except PluginError as refusal:
-            if law is None and 'has no CURVE' in str(refusal):
-                raise PluginError([f'{file}: has neither LAW nor CURVE; see docs/extending.md']) from None
-            raise
-    if law is not None and curve is not None:
-        # after another import of the file, its newest records belong together
-        law = vars(sys.modules[curve.point.__module__])['LAW']
-        LAWS.register(law)
-    return law, curve
+            if missing not in str(refusal):
+                raise
+            found.append(())
+    curves, laws = found
+    if not (laws or curves):
+        raise PluginError([f'{file}: has neither LAW nor CURVE; see docs/extending.md'])
+    return laws, curves
 
 
 _DURATION = 1.0
@@ -167,8 +160,6 @@ _TOLERANCE = 1e-9
 _PATIENCE = 180.0
 """[s] of wall time for the nodes to start and run."""
 _COMPARED = ('command', 'torque', 'applied', 'wheels')
-_PLUGIN = 'mobile_robot_control_plugin_'
-"""Prefix of modules that a registry has loaded from files."""
 _MODULES = ('rclpy', 'rosbags', 'mcap')
 
 
@@ -193,15 +184,16 @@ def file_option(registry: Registry[Any], record: Any, function: Any, option: str
         If the record is not that of a file.
 
     """
-    attribute = option[2:].upper()
-    if registry.origin(record.name) == BUILT_IN or _is_installed(record, f'mobile_robot_control.{option[2:]}s'):
+    attribute, origin = option[2:].upper(), registry.origin(record.name)
+    if origin == BUILT_IN or _is_installed(record, f'mobile_robot_control.{option[2:]}s'):
         return []
-    loaded = [module for name, module in list(sys.modules.items())
-              if name == getattr(function, '__module__', '') != '__main__' or name.startswith(_PLUGIN)]
-    files = [module.__file__ for module in loaded if vars(module).get(attribute) is record and module.__file__]
-    if not files:
+    if origin in registry.loaded_texts():
+        return [option, origin]
+    module = sys.modules.get(getattr(function, '__module__', ''))
+    file = getattr(module, '__file__', None)
+    if module is None or module.__name__ == '__main__' or not file or vars(module).get(attribute) is not record:
         raise LeftOutError(f'it is not the {attribute} of a file or an installed package, which is what nodes load')
-    return [option, os.path.realpath(files[0])]
+    return [option, os.path.realpath(file)]
 
 
 def _is_installed(record: Any, group: str) -> bool:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.quantities import BodyVelocity, Observation
-from mobile_robot_control.system.texts import located_error
+from mobile_robot_control.system.texts import describe_error, form_of, last_returned, located_error, place_of_error
 
 
 class NoState(NamedTuple):
@@ -48,7 +48,7 @@ class LawStep(Protocol):
 
 class Law(NamedTuple):
     """
-    A position law. The module of each law has one, named LAW.
+    A position law. A file or module of a law has one, named LAW, or passes it to `register`.
 
     Attributes
     ----------
@@ -101,13 +101,46 @@ def is_sound(command: BodyVelocity) -> bool:
     return math.isfinite(command.linear) and math.isfinite(command.angular)
 
 
+def law_failure(repeat: Callable[[], Any], error: BaseException | None = None) -> str:
+    """
+    Describe the failure of a law's step, with file and line.
+
+    Parameters
+    ----------
+    repeat : callable
+        Takes the failed step again.
+    error : BaseException or None
+        What it raised; None for a command that is not finite.
+
+    """
+    if error is not None and place_of_error(error):
+        return located_error(error)
+    result, place = last_returned(repeat)
+    if place and not _is_result(result):
+        return f'its step returned {form_of(result)}{place}; write return state, BodyVelocity(v, omega)'
+    if error is not None:
+        return describe_error(error) + place
+    command = f'v = {result[1].linear} m/s, omega = {result[1].angular} rad/s{place}' if place else 'not finite'
+    return f'its command is {command}'
+
+
+def _is_result(result: Any) -> bool:
+    """Return whether a law's step may return this."""
+    try:
+        _, command = result
+        float(command.linear), float(command.angular)
+    except Exception:  # anything can be returned
+        return False
+    return True
+
+
 def checked_step(law: Law, state: Any, observation: Observation, gains: Any, dt: float) -> tuple[Any, BodyVelocity]:
     """Run one step of a law, as `LawStep`; raise LawFailedError if it fails."""
     try:
         after, command = law.step(state, observation, gains, dt)
         sound = is_sound(command)
     except BaseException as error:  # a law can raise anything, SystemExit too
-        raise LawFailedError(located_error(error)) from error
+        raise LawFailedError(law_failure(lambda: law.step(state, observation, gains, dt), error)) from error
     if not sound:
-        raise LawFailedError(f'its command is v = {command.linear} m/s, omega = {command.angular} rad/s')
+        raise LawFailedError(law_failure(lambda: law.step(state, observation, gains, dt)))
     return after, command

@@ -169,7 +169,7 @@ def parser() -> argparse.ArgumentParser:
     """Make the parser of `dashboard`."""
     # before all else: a signal is not lost
     stop = Stop()
-    made = make_parser('dashboard', __doc__, DashboardRequest)
+    made = make_parser('dashboard', __doc__, DashboardRequest, drives=True)
     made.set_defaults(stop=stop)
     return made
 

@@ -57,7 +57,7 @@ def parser() -> argparse.ArgumentParser:
     """Make the parser of `experiment`."""
     # before all else: a signal is not lost
     stop = Stop()
-    made = make_parser('experiment', __doc__, ExperimentRequest, _Output)
+    made = make_parser('experiment', __doc__, ExperimentRequest, _Output, drives=True)
     made.set_defaults(stop=stop)
     return made
 

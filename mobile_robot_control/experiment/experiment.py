@@ -122,7 +122,8 @@ class Experiments:
                                     patience=request.patience, stop=self._stop, bar=bar, supervisor=supervisor,
                                     course=None if course is None else course())
         unused.remove(output)
-        bar.set_description('drawing the report' if request.report else 'measuring')
+        bar.write('experiment: reading the bag and measuring' + (', then drawing the report' if request.report else ''),
+                  file=sys.stderr)
         evaluated = evaluate(output, request.namespace, result.outcome, self._command_line,
                              quiet=bool(request.compare), with_report=request.report)
         reasons = [*filter(None, [result.reason]), *evaluated.unwritten]

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mobile_robot_control.control.law import law_failure
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.jit import jitable, jitable_apart
 from mobile_robot_control.loop import batch
@@ -32,7 +33,6 @@ from mobile_robot_control.loop.trial import (
 from mobile_robot_control.model.plant_form import structure, value_names
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.settings.nodes import Configuration
-from mobile_robot_control.system.texts import located_error
 from mobile_robot_control.trees import flat, reader, shape_of
 
 Floats = NDArray[np.float64]
@@ -139,13 +139,17 @@ def run_draws(runs: DrawnRuns, compile_them: bool | None = None) -> Floats:
         loop = make_runs(batch.plain_rollout(step, trial.form), runs.scene.varied, judged, drawn_parts(runs.scene)[1])
         rows, places, found, given_of = rows.tolist(), places.tolist(), found.tolist(), given_motion
     at = np.zeros(1, np.int64)
+
+    def rest_of_runs() -> None:
+        loop(trial.state, prepared_loop(trial), plant, places, rows,
+             given_of(cart_motion(trial), trial.form.indices), trial.steps, trial.ratio, trial.late, runs.within,
+             found, at)
+
     while at[0] < len(rows):
         try:
-            loop(trial.state, prepared_loop(trial), plant, places, rows,
-                 given_of(cart_motion(trial), trial.form.indices), trial.steps, trial.ratio, trial.late, runs.within,
-                 found, at)
+            rest_of_runs()
         except BaseException as error:  # a law can raise anything
-            report_failure(trial.law, located_error(error))
+            report_failure(trial.law, law_failure(rest_of_runs, error))
         at[0] += 1
     return np.array(found)
 

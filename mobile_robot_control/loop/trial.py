@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.compensation import Lead
-from mobile_robot_control.control.law import LawStep, is_sound
+from mobile_robot_control.control.law import LawStep, is_sound, law_failure
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
 from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.loop.closed_loop import Loop, LoopState
@@ -41,7 +41,6 @@ from mobile_robot_control.quantities import Pose, Reference, WheelTorque, period
 from mobile_robot_control.reference.course import Course
 from mobile_robot_control.reference.led_course import driven_course
 from mobile_robot_control.settings.nodes import Configuration, drawing_of, path_of
-from mobile_robot_control.system.texts import located_error
 
 _NOTHING, _UNVARIED = Totals(), Variation()
 _NO_TORQUE = WheelTorque(0.0, 0.0)
@@ -271,10 +270,13 @@ def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
 
 def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcome:
     """Run one trial with a rollout of its law and its references; a law that raises leaves no measurements."""
-    try:
+    def rolled() -> Outcome:
         return roll(trial.state, prepared_loop(trial), given, trial.steps, trial.ratio, trial.late)
+
+    try:
+        return rolled()
     except BaseException as error:  # a law can raise anything
-        report_failure(trial.law, located_error(error))
+        report_failure(trial.law, law_failure(rolled, error))
         return failed_outcome(trial)
 
 

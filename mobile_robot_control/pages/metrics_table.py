@@ -67,6 +67,7 @@ def _rows(metric: Metric) -> Iterator[Row]:
 ROWS = tuple(row for metric in (*RUN_METRICS, *INDEX_METRICS) if metric.better for row in _rows(metric))
 """Metrics with a better direction."""
 _FACTS = tuple(_rows(METRIC_TABLE['initial_wheel_torque']))
+_OF = {TRUE: 'the true pose', MEASURED: 'odometry'}
 _NOTES = {
     TRUE: 'True error: of where the robot really was.',
     MEASURED: 'Measured error (odometry): of where odometry saw the robot; where it really was is not known.',
@@ -100,7 +101,7 @@ def metrics_table(runs: Sequence[Run]) -> str:
     comparable = comparable_runs(runs)
     rows = [['outcome', *(escape(str(run.metrics.get('outcome', 'not measured'))) for run in runs)],
             ['duration', *(quantity(run.metrics.get('duration'), 's') for run in runs)],
-            ['error', *(str(run.metrics.get('error') or '–') for run in runs)]]
+            ['errors are those of', *(_OF.get(str(run.metrics.get('error')), '–') for run in runs)]]
     for row in ROWS:
         fair = comparable if _alike(runs, row) else [False] * len(runs)
         rows.append([row.label, *_marked([row.value(run.metrics) for run in runs], fair, row)])

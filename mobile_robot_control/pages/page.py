@@ -48,6 +48,9 @@ figure{margin:0;min-width:0}figure img{display:block;width:100%;height:auto}
 .scroll{overflow-x:auto;max-width:100%}
 table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.9rem}
 th,td{text-align:left;padding:.3rem .7rem .3rem 0;border-bottom:1px solid var(--faint);vertical-align:top}
+@media screen and (min-width:60rem){#metrics>.scroll:not(:has(th:nth-child(4))){columns:30rem}
+#metrics th.number{max-width:9rem}}
+@media screen and (max-width:39.99rem){#metrics table{font-size:.8rem}#metrics td.number{padding-left:.3rem}}
 td.number,th.number{text-align:right;padding-left:.7rem;padding-right:0}td.number{white-space:nowrap}
 th.number{max-width:16rem;min-width:6rem}
 .change{display:block;color:var(--soft);font-size:.8rem}data{cursor:help}

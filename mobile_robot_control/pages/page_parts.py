@@ -104,7 +104,7 @@ def _missing(run: Run) -> str:
     if run.problems:
         return 'its recording is not complete, see what is missing below'
     recorded = any(signal.received.size for signal in run.series.signals.values())
-    return 'no message was lost' if recorded else 'no row of its table is missing'
+    return 'no message was lost' if recorded else 'its table is complete'
 
 
 def _missing_of_several(runs: Sequence[Run]) -> str:
@@ -338,8 +338,8 @@ def promise_parts(found: Promise) -> Iterator[str]:
            'are those of the smallest margins.</p>')
     modelled = [f'{effect}: {value}' for effect, value in values['modelled'].items()]
     left_out = values['margins']['not_in_margins']
-    for title, texts in (('Modelled', modelled), ('Not modelled: the error of a robot that has any of it is unknown',
-                                                  values['not_modelled']), ('Not in the margins', left_out),
+    unknown = 'Not modelled: a robot with any of these effects may have another error'
+    for title, texts in (('Modelled', modelled), (unknown, values['not_modelled']), ('Not in the margins', left_out),
                           ('Ruled out', values['ruled_out']),
                           ('Spread', [spread_text(found.spread)] if found.spread else [])):
         if texts:

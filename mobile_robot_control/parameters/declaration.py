@@ -262,6 +262,7 @@ def check_value(declared: Declaration, value: Any) -> tuple[Any, list[str]]:
         failures = getattr(field.choices, 'failures', {})
         reasons = [failures[typed]] if typed in failures else failures.values()
         hint += ''.join(f'; not loaded: {reason}' for reason in reasons)
+        hint += f'; {field.choices.remedy}' if hasattr(field.choices, 'remedy') else ''
         return typed, [f'{what} is not allowed; it must be {allowed}{hint}']
     if typed == '':
         return typed, [f"{what} is empty; write a text such as '{declared.default}'"]

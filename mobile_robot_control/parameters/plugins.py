@@ -64,11 +64,33 @@ def register(record: Any) -> Any:
     raise PluginError([f'{printable(repr(record))} is neither a law nor a curve; make a record Law(...) or Curve(...)'])
 
 
-def load_plugins(law_files: Sequence[str], curve_files: Sequence[str]) -> None:
-    """Load files of laws and of curves; raise PluginError for the first refused one."""
-    for kind, files in (('law', law_files), ('curve', curve_files)):
-        for file in files:
-            REGISTRIES[kind].load_file(file)
+def load_plugins(law_files: Sequence[str], curve_files: Sequence[str], keep_going: bool = False) -> tuple[str, ...]:
+    """
+    Load files of laws and of curves, or all Python files of folders; return the names of the laws.
+
+    Raises PluginError for a refused file; to keep going, its reason is kept in `Registry.failures` and printed.
+    """
+    found: list[str] = []
+    for kind, given in (('law', law_files), ('curve', curve_files)):
+        registry = REGISTRIES[kind]
+        for file in (file for one in given for file in _files_of(one)):
+            try:
+                found += [record.name for record in registry.load_file(file) if kind == 'law']
+            except PluginError as error:
+                if not keep_going:
+                    raise
+                registry.note_failure(file, str(error))
+    return tuple(dict.fromkeys(found))
+
+
+def _files_of(given: str) -> list[str]:
+    """Return a file, or the Python files of a folder by name; raise PluginError if it has none."""
+    if not os.path.isdir(given):
+        return [given]
+    files = sorted(name for name in os.listdir(given) if name.endswith('.py'))
+    if not files:
+        raise PluginError([f'{given}: the folder has no Python file; name one with files of laws'])
+    return [os.path.join(given, name) for name in files]
 
 
 def plugin_environment() -> dict[str, str]:

@@ -148,6 +148,12 @@ class Registry(Mapping[str, Record], Generic[Record]):
         return self._source.variable
 
     @property
+    def remedy(self) -> str:
+        """How to load a record that is missing."""
+        kind = self._source.kind
+        return f'name the file of a {kind} of your own with --{kind}, or register it in Python'
+
+    @property
     def version(self) -> int:
         """A number that grows with each change."""
         self._discover()
@@ -160,8 +166,8 @@ class Registry(Mapping[str, Record], Generic[Record]):
             del self._records[name]
             self._version += 1
 
-    def load_file(self, path: str | Path) -> Record:
-        """Import a Python file and register its record; raise PluginError if that fails."""
+    def load_file(self, path: str | Path) -> tuple[Record, ...]:
+        """Import a Python file and register its records; raise PluginError if that fails."""
         file = os.path.realpath(path)
         try:
             text = read_bounded(Path(file), PLUGIN).decode()
@@ -197,30 +203,45 @@ class Registry(Mapping[str, Record], Generic[Record]):
         """
         import hashlib  # noqa: PLC0415 (nodes start without it)
 
-        return {self.load_text(file, text).name: hashlib.sha256(text.encode()).hexdigest()[:16]  # type: ignore[attr-defined]
-                for file, text in self.changed_files().items()}
+        return {record.name: hashlib.sha256(text.encode()).hexdigest()[:16]  # type: ignore[attr-defined]
+                for file, text in self.changed_files().items() for record in self.load_text(file, text)}
 
-    def load_text(self, file: str, text: str) -> Record:
-        """Import the text of a Python file, which may be missing here, and register its record; see `load_file`."""
+    def load_text(self, file: str, text: str) -> tuple[Record, ...]:
+        """
+        Import the text of a Python file, which may be missing here; see `load_file`.
+
+        Its records are LAW or CURVE, and those that it registers itself; a refused file leaves the registry unchanged.
+        """
+        before = dict(self._records), dict(self._origins)
         module = ModuleType(f'mobile_robot_control_plugin_{re.sub(r"[^0-9a-zA-Z]", "_", file)}')
         module.__file__, sys.modules[module.__name__] = file, module
         try:
             # output during the import must not mix with the results of a command
             with contextlib.redirect_stdout(sys.stderr):
                 exec(compile(text, file, 'exec', dont_inherit=True), module.__dict__)  # noqa: S102 (the user's own)
-            record: Record = getattr(module, self._source.attribute)
-            self.register(record, file)
+            named = getattr(module, self._source.attribute, None)
+            if named is not None and not any(named is record for record in self._records.values()):
+                self.register(named, file)
+            records = tuple(record for name, record in self._records.items()
+                            if self._origins[name] == file and record is not before[0].get(name))
+            if not records:
+                raise PluginError([self._lacking()])
         except BaseException as error:
             sys.modules.pop(module.__name__, None)
+            self._records, self._origins = before
             raise PluginError([self._refusal(file, error)]) from error
         self._loaded[file] = text
-        return record
+        return records
+
+    def _lacking(self) -> str:
+        """Return the words for a file without a record."""
+        attribute, record = self._source.attribute, self.record
+        fields = [name for name in record._fields if name not in record._field_defaults]  # type: ignore[attr-defined]
+        return f"has no {attribute}; end it with {attribute} = {record.__name__}({', '.join(fields)})"
 
     def _refusal(self, where: str, error: BaseException) -> str:
         if isinstance(error, PluginError):
             return '; '.join(text if text.startswith(where) else f'{where}: {text}' for text in error.violations)
-        if isinstance(error, AttributeError) and f"no attribute '{self._source.attribute}'" in describe_error(error):
-            return f'{where}: has no {self._source.attribute}; a {self._source.kind} is a record of that name'
         return f'{where}: cannot be imported ({located_error(error)}); mend it, or leave it out'
 
     def register(self, record: Record, origin: str = '') -> None:
@@ -246,19 +267,20 @@ class Registry(Mapping[str, Record], Generic[Record]):
                 try:
                     self.load_file(file)
                 except PluginError as error:
-                    self._note_failure(file, str(error))
+                    self.note_failure(file, str(error))
         points, fault = installed_entry_points(self._source.entry_points)
         if fault:
-            self._note_failure('entry points', fault)
+            self.note_failure('entry points', fault)
         for point in points:
             try:
                 with contextlib.redirect_stdout(sys.stderr):
                     record = point.load()
                 self.register(record)
             except BaseException as error:  # a module may raise anything, SystemExit too
-                self._note_failure(point.name, self._refusal(f'entry point {point.name} = {point.value}', error))
+                self.note_failure(point.name, self._refusal(f'entry point {point.name} = {point.value}', error))
 
-    def _note_failure(self, name: str, reason: str) -> None:
+    def note_failure(self, name: str, reason: str) -> None:
+        """Keep the reason why a file or an entry point was not loaded, and print it."""
         self.failures[name] = reason
         print(f'not loaded: {printable(reason)}', file=sys.stderr)
 

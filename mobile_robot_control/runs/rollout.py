@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import Any
 
-from mobile_robot_control.control.law import LawFailedError, is_sound
+from mobile_robot_control.control.law import LawFailedError, is_sound, law_failure
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop.closed_loop import Coming, Loop, Sample
 from mobile_robot_control.loop.indices import MeasuredRun
@@ -32,7 +33,6 @@ from mobile_robot_control.quantities import (
 from mobile_robot_control.reference.course import references_along
 from mobile_robot_control.runs.metrics import IndexMeter, RunMeter
 from mobile_robot_control.settings.nodes import Configuration
-from mobile_robot_control.system.texts import located_error
 
 
 def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tuple[Any, BodyVelocity]:
@@ -110,11 +110,12 @@ def trial_rollout(
         if k % trial.ratio == 0:
             time = nanoseconds / 1e9
             references = references_at(nanoseconds, position_period)
+            tick_again = partial(position_tick, state, references, k, time, loop)
             try:
-                after, tick, true = position_tick(state, references, k, time, loop)
-                failure = '' if is_sound(after.command) else 'its command is not finite'
+                after, tick, true = tick_again()
+                failure = '' if is_sound(after.command) else law_failure(tick_again)
             except BaseException as error:  # a law can raise anything
-                failure = f'{located_error(error)}'
+                failure = law_failure(tick_again, error)
             if failure:
                 after, tick, true = make_position_tick(_stand, form)(state, references, k, time, loop)
                 after = after._replace(command=BodyVelocity(0.0, 0.0),

@@ -257,7 +257,7 @@ class _Output(NamedTuple):
 
 def parser() -> argparse.ArgumentParser:
     """Make the parser of `simulate`."""
-    return make_parser('simulate', __doc__, SimulationRequest, SimulationFiles, _Output)
+    return make_parser('simulate', __doc__, SimulationRequest, SimulationFiles, _Output, drives=True)
 
 
 def _run(options: argparse.Namespace) -> int:

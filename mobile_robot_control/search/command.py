@@ -43,7 +43,7 @@ from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.system.files import check_regular
 from mobile_robot_control.system.process import Interrupt
-from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.progress import StagedBar
 from mobile_robot_control.system.texts import answer_lines, printable
 
 
@@ -86,7 +86,7 @@ def search_into_files(request: SearchRequest, files: SearchFiles, command_line: 
 
 def _searched(search: Search, objective: Objective, journal: Journal, interrupt: Interrupt) -> tuple[Found, bool]:
     """Search with a progress bar; return the result, and whether the journal or the cluster was lost."""
-    with tqdm(total=search.settings.generations, disable=None, unit='generation') as bar:
+    with StagedBar(search.settings.generations, 'generation', 'searching') as bar:
         def progress(generation: Generation) -> None:
             bar.set_postfix_str(f'best {generation.best:.4f}, mean {generation.mean:.4g}', refresh=False)
             bar.update()

@@ -105,6 +105,11 @@ class _Searches(Collection[str]):
     def __iter__(self) -> Iterator[str]:
         return iter((VELOCITY, *LAWS))
 
+    @property
+    def remedy(self) -> str:
+        """How to load a law that is missing."""
+        return LAWS.remedy
+
     def __len__(self) -> int:
         return 1 + len(LAWS)
 

@@ -11,7 +11,7 @@ from mobile_robot_control.search.result import Tuned, tuned_of
 from mobile_robot_control.search.search import Generation, no_result, run_search
 from mobile_robot_control.settings.configure import File, parameter_sources
 from mobile_robot_control.settings.provenance import call_text
-from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.progress import StagedBar
 
 
 def refuse_files(options: Collection[str]) -> None:
@@ -92,7 +92,7 @@ def tune(
     request = make_request(SearchRequest, {'sources': sources, **asked})
     search = Search(request)
     with (runner(request.where) as run,
-          tqdm(total=request.generations, disable=not progress, unit='generation') as bar):
+          StagedBar(request.generations, 'generation', 'searching', progress) as bar):
         objective = Objective(search.parameters, search.goal, run)
 
         def progressed(generation: Generation) -> None:

@@ -9,6 +9,7 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from mobile_robot_control.control.laws import BUILT_IN
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.parameters.declaration import ParameterError, build, declarations, nearest
 from mobile_robot_control.reference.cart import Placement
@@ -118,6 +119,10 @@ def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
     3.0
 
     """
+    unknown = [f"there is no node '{printable(str(node))}'; {nearest(str(node), NODES)}" for node in values
+               if node not in NODES]
+    if unknown:
+        raise ParameterError(unknown)
     parts: dict[str, Any] = {}
     violations: dict[str, list[str]] = {}
     unused = (velocity_loop_is_stable,) if values.get('plant', {}).get('drive') == VELOCITY else ()
@@ -160,6 +165,17 @@ def at_cart_start(configuration: Configuration) -> Configuration:
     return configuration._replace(plant=configuration.plant._replace(initial_pose=tuple(start)))
 
 
+@lru_cache(maxsize=8)
+def _selected(laws: tuple[str, ...]) -> dict[str, str]:
+    """Return the selection of the only law, and print it, or the choice between several, once."""
+    if len(laws) == 1:
+        print(f"the law '{laws[0]}' of --law is selected", file=sys.stderr)
+        return {'controller_type': laws[0]}
+    print(f"the law '{BUILT_IN[0].name}' is selected, and none of {', '.join(laws)}; to choose one, add -p "
+          f'position_controller.controller_type:={laws[-1]}', file=sys.stderr)
+    return {}
+
+
 File = str | PathLike[str]
 
 
@@ -175,12 +191,15 @@ class ParameterSources(NamedTuple):
         ROS 2 parameter files; later ones win.
     overrides : tuple of (str or (str, object))
         Single parameters, which win over files: ``NODE.PARAMETER:=VALUE``, or name and value.
+    laws : tuple of str
+        Laws of the user's own; a single one is selected unless a source names another.
 
     """
 
     robot: str | None = None
     files: tuple[str, ...] = ()
     overrides: tuple[Override, ...] = ()
+    laws: tuple[str, ...] = ()
 
     def with_files(self, *files: File) -> 'ParameterSources':
         """Return the sources with further files, which win over earlier ones."""
@@ -193,7 +212,7 @@ class ParameterSources(NamedTuple):
     @property
     def are_given(self) -> bool:
         """Whether there is any source."""
-        return self != ParameterSources()
+        return self._replace(laws=()) != ParameterSources()
 
     def values(self, namespace: str = '/') -> Values:
         """
@@ -233,6 +252,8 @@ class ParameterSources(NamedTuple):
 
         """
         values = self.values(namespace)
+        if self.laws and 'controller_type' not in values['position_controller']:
+            values['position_controller'] |= _selected(self.laws)
         # output that a law prints while it prepares its gains must not mix with the results
         with contextlib.redirect_stdout(sys.stderr):
             made = configure(values)

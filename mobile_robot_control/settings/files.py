@@ -59,6 +59,18 @@ def unreached(section: str, names: Mapping[str, str]) -> str:
     return ''
 
 
+def misspelt(section: str, given: Mapping[str, Any]) -> str:
+    """Explain which of the four nodes a section means whose name none has, with the remedy; '' if it means none."""
+    import difflib  # noqa: PLC0415 (a node starts sooner without)
+
+    name = section.rpartition('/')[2]
+    near = difflib.get_close_matches(name, NODES, n=1, cutoff=0.8)
+    # a name that contains a node's, such as plant_2, is one of a renamed node elsewhere
+    if not near or near[0] in name or not set(given) <= set(parameter_names()[near[0]]):
+        return ''
+    return f"there is no node '{printable(name)}'; did you mean '{near[0]}'?"
+
+
 def elsewhere(section: str, names: Mapping[str, str]) -> str:
     """Explain why a section is for one of the four nodes in another namespace, with the remedy; '' if it is not."""
     node = section.rpartition('/')[2]
@@ -145,7 +157,7 @@ def _law_hint(name: str, known: Iterable[str]) -> str:
     group = name.partition('.')[0]
     if group == name or any(one.startswith(f'{group}.') for one in known):
         return ''
-    return f"; if '{group}' is a law of your own, name its file with --law"
+    return f"; if '{group}' is a law of your own, name its file with --law, or register it in Python"
 
 
 def _check_names(section: str, values: Mapping[str, Any], nodes: Sequence[str], source: str) -> Iterator[str]:
@@ -249,6 +261,9 @@ def merge_sections(
         elif missed := unreached(section, names):
             reaching.add(source)
             violations.append(f'{source}: {missed}')
+        elif fault := misspelt(section, given):
+            reaching.add(source)
+            violations.append(f'{source}: {fault}')
         elif reason := elsewhere(section, names):
             astray.setdefault(source, f'{source}: {reason}')
         for node in nodes:
@@ -266,6 +281,7 @@ def files_of_others(sections: Iterable[tuple[str, str]], names: Mapping[str, str
     for file, section in sections:
         found.setdefault(file, []).append(section)
         if (addressed_nodes(section, names) or unreached(section, names) or elsewhere(section, names)
+                or misspelt(section, {})
                 or section.strip('/') == TRACK):
             ours.add(file)
     return [f"{file}: no section names a node of this package, only {shortened(', '.join(others), 60)}; write "

@@ -51,7 +51,7 @@ from mobile_robot_control.studying.failures import scenario_text
 from mobile_robot_control.studying.study import driven, study_of, write_study
 from mobile_robot_control.system.files import writable_file
 from mobile_robot_control.system.process import Interrupt
-from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.progress import StagedBar
 from mobile_robot_control.system.texts import answer_lines, printable
 
 
@@ -79,7 +79,7 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
         folder.mkdir(parents=True, exist_ok=True)
         # check that the folder is writable before anything long begins
         writable_file(str(folder / 'runs.csv'))
-        with runner(request.where) as run, tqdm(total=total, disable=None, unit='run') as bar:
+        with runner(request.where) as run, StagedBar(total, 'run', 'driving') as bar:
             results = run_study(request, controllers, run, bar.update, lambda: interrupt.requested)
     if not results:
         print('study: interrupted before the first runs were done', file=sys.stderr)
@@ -119,7 +119,7 @@ def _replay_into_files(
 
 def parser() -> argparse.ArgumentParser:
     """Make the parser of `study`."""
-    return make_parser('study', __doc__, StudyRequest, StudyFiles)
+    return make_parser('study', __doc__, StudyRequest, StudyFiles, drives=True)
 
 
 def _run(options: argparse.Namespace) -> int:

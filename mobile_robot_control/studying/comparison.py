@@ -13,7 +13,7 @@ from mobile_robot_control.studying.tail_probabilities import binomial_interval, 
 
 COMPARED = ('late_max_position_error', 'rms_position_error')
 """The default metrics of paired differences."""
-_SAME = 'cannot be told apart'
+_SAME = 'no significant difference'
 
 
 class Difference(NamedTuple):
@@ -247,7 +247,7 @@ def answer_text(
     """
     Return the best of several controllers, its advantage and the intervals, as a sentence; '' for one controller.
 
-    Compared with each other one, the best is better by success, else by the first metric, or cannot be told apart.
+    Compared with each other one, the best is better by success, else by the first metric, or not significantly better.
     """
     made = compare_all(controllers, metrics)
     if not made:
@@ -269,10 +269,12 @@ def answer_text(
                           f'({_shown(low, unit)} to {_shown(high, unit)})')
         else:
             same.append(other)
-    told = f'{best} is better {", ".join(better)}' if better else f'{best} comes first'
+    told = f'{best} is better {", ".join(better)}'
     if any('by success' not in one for one in better):
         told += f': the mean {label}, where both succeed, with intervals that hold together with {100 * CONFIDENCE:g} %'
-    return f'{told}; {_SAME} from {", ".join(same)}' if same else told
+    if not better:
+        return f'{best} does best, but not significantly better than {", ".join(same)}'
+    return f'{told}; it is not significantly better than {", ".join(same)}' if same else told
 
 
 def comparison_values(

@@ -43,6 +43,8 @@ FAILURES, MEDIANS = 8, 3
 """Most runs that can be replayed."""
 SHOWN = 5000
 """Most runs of a controller on the page."""
+_HEADED = 500
+"""Most runs of a controller that are drawn with their headings where they succeed."""
 _LARGEST = 3.0e38
 _POINTS, _POSES = 400, 1000
 """Points of a distribution, and poses of a replay."""
@@ -145,7 +147,8 @@ def _marks(runs: StudiedRuns) -> Iterator[Marks]:
     judged = JudgedRuns.of(runs.judged)
     starts, shown = Scenarios.of(runs.scenarios).start[:len(judged)], np.zeros(len(judged), bool)
     shown[shown_runs(judged, runs.replays)] = True
-    yield Marks('success', 'o', 6.0, 0, starts[judged.success & shown])
+    # the headings of very many would hide each other
+    yield Marks('success', 'o', 6.0, 0, starts[judged.success & shown], with_headings=len(judged) <= _HEADED)
     for outcome, (marker, size, label) in _FAILED.items():
         places = starts[~judged.success & shown & (judged.outcome == outcome)]
         if len(places):

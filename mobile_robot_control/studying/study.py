@@ -34,7 +34,7 @@ from mobile_robot_control.studying.engine import (
 )
 from mobile_robot_control.studying.page import Judgement, StudiedRuns, chosen_runs, starts_figure, write_study_page
 from mobile_robot_control.system.files import write_atomically
-from mobile_robot_control.system.progress import tqdm
+from mobile_robot_control.system.progress import StagedBar
 from mobile_robot_control.system.texts import printable
 
 if TYPE_CHECKING:
@@ -263,6 +263,6 @@ def study(
              'scales': scales or None, 'workers': workers, **options}
     request = make_request(StudyRequest, {'sources': sources, **asked})
     controllers = studied_controllers(request)
-    with runner(request.where) as run, tqdm(total=runs * len(controllers), disable=not progress, unit='run') as bar:
+    with runner(request.where) as run, StagedBar(runs * len(controllers), 'run', 'driving', progress) as bar:
         studied = run_study(request, controllers, run, bar.update, lambda: False)
     return study_of(request, studied, call_text('study', *files, robot=robot, parameters=parameters, **asked))

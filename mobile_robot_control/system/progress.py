@@ -16,7 +16,39 @@ except ValueError as error:
 if 'ipykernel' in sys.modules and find_spec('ipywidgets') is not None:
     from tqdm.notebook import tqdm
 
-__all__ = ['RunProgress', 'tqdm']
+__all__ = ['RunProgress', 'StagedBar', 'tqdm']
+
+
+class StagedBar(tqdm):
+    """
+    A bar over compiled rollouts, which names the waits before its first update and after its last one.
+
+    Parameters
+    ----------
+    total : int
+        Number of units.
+    unit : str
+        Of a step.
+    doing : str
+        The work in between, such as 'searching'.
+    shown : bool or None
+        Whether to show it; None for a terminal only.
+
+    """
+
+    def __init__(self, total: int, unit: str, doing: str, shown: bool | None = None, **options: object) -> None:
+        super().__init__(total=total, unit=unit, desc='compiling', disable=None if shown is None else not shown,
+                         **options)
+        self._doing = doing
+
+    def update(self, n: float | None = 1) -> bool | None:
+        """Move the bar, as tqdm does."""
+        is_last = self.total is not None and self.n + (n or 0) >= self.total
+        self.set_description('analysing and drawing' if is_last else self._doing, refresh=False)
+        moved: bool | None = super().update(n)
+        if is_last:
+            self.refresh()
+        return moved
 
 
 class RunProgress:

@@ -40,6 +40,12 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     return `${Number(value.toPrecision(digits))}`.replace('-', '−') + (unit ? ` ${unit}` : '');
   };
 
+  // Return the smallest of 1, 2, 5, 10, 20, ... (and their fractions) that is at least a value.
+  mrc.roundStep = function (value) {
+    const decade = 10 ** Math.floor(Math.log10(value));
+    return decade * [1, 2, 5, 10].find((digit) => digit * decade >= value * (1 - 1e-9));
+  };
+
   // Return a quantity as a text of three digits with a prefix, such as '9.67 mm'.
   mrc.withUnit = function (value, unit) {
     const size = Math.abs(value);

@@ -13,7 +13,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
-  const HEIGHT = 200, FONT = '12px system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif';
+  const HEIGHT = 216, FONT = '12px system-ui, "Segoe UI", Roboto, "DejaVu Sans", sans-serif';
   // Return the place of the point of a line that is nearest to a time; -1 outside of the line.
   mrc.nearest = function (times, time) {
     const last = times.length - 1, reach = last > 0 ? (times[last] - times[0]) / last : 0;
@@ -175,7 +175,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         x: {time: false, min: view.range[0], max: view.range[1], range: (plot, min, max) => [min, max]},
         y: chart.bend ? {distr: 4, asinh: chart.bend} : {},
       },
-      axes: [axis({size: 28}), axis({size: wide, space: 32})],
+      axes: [axis({size: 26, label: 'time [s]', labelSize: 18, labelFont: FONT}), axis({size: wide, space: 32})],
       series: [{}, ...lines.map((line) => {
         const style = stroke(view.data, line);
         return {label: line.name, show: view.shows(line), width: style.width, dash: style.dash, points: {show: false}, pxAlign: 0,

@@ -50,7 +50,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     });
     head.append(mrc.element('h4', '', 'Path, the error enlarged'), label, legend);
     box.append(head, canvas, mrc.element('p', 'soft', 'Each robot is drawn beside the cart by its error times the '
-      + 'factor, for the time that the charts show; with 1 it is the path itself. Dots are where cart and robot are now.'));
+      + 'factor, for the time that the charts show; with 1 it is the path itself. The axes are those of the cart. Dots are where cart and robot are now.'));
     host.append(box);
     canvas.setAttribute('role', 'img');
     canvas.setAttribute('aria-label', 'Path of the cart, and beside it each run, the error times the factor');
@@ -73,7 +73,32 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       const size = Math.max(box[1] - box[0], box[3] - box[2], 1e-3), margin = 0.22 * size;
       const scale = Math.min(width / (box[1] - box[0] + 2 * margin), height / (box[3] - box[2] + 2 * margin));
       const [x, y] = [(box[0] + box[1]) / 2, (box[2] + box[3]) / 2];
-      return (px, py) => [width / 2 + (px - x) * scale, height / 2 - (py - y) * scale];
+      return {place: (px, py) => [width / 2 + (px - x) * scale, height / 2 - (py - y) * scale], scale,
+              left: x - width / 2 / scale, right: x + width / 2 / scale,
+              low: y - height / 2 / scale, top: y + height / 2 / scale};
+    }
+
+    // Draw grid lines, with the coordinates of the cart along the left and lower edge.
+    function grid(pen, width, height, {place, scale, left, right, low, top}) {
+      const step = mrc.roundStep(70 / scale), label = (value) => mrc.number(value, '', 8);
+      pen.lineWidth = 1;
+      pen.font = '12px system-ui, sans-serif';
+      pen.strokeStyle = mrc.colour('--faint');
+      pen.fillStyle = mrc.colour('--soft');
+      for (let n = Math.ceil(left / step); n * step <= right; n++) {
+        const px = Math.round(place(n * step, 0)[0]) + 0.5;
+        pen.strokeRect(px, 0, 0, height);
+        if (px > 40 && px < width - 70) pen.fillText(label(n * step), px + 3, height - 4);
+      }
+      for (let n = Math.ceil(low / step); n * step <= top; n++) {
+        const py = Math.round(place(0, n * step)[1]) + 0.5;
+        pen.strokeRect(0, py, width, 0);
+        if (py > 30 && py < height - 20) pen.fillText(label(n * step), 3, py - 3);
+      }
+      pen.fillText('y [m]', 3, 12);
+      pen.textAlign = 'right';
+      pen.fillText('x [m]', width - 3, height - 4);
+      pen.textAlign = 'left';
     }
 
     function trace(pen, {part, from, to}, times, style) {
@@ -111,7 +136,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       });
       pen.setTransform(ratio, 0, 0, ratio, 0, 0);
       pen.clearRect(0, 0, width, height);
-      map = fit(width, height, chosen);
+      const fitted = fit(width, height, chosen);
+      map = fitted.place;
+      grid(pen, width, height, fitted);
       chosen.forEach((one) => trace(pen, one, 0, {colour: data.reference, width: data.runs[0].width + 2, dash: []}));
       const lit = chosen.filter(({part}) => !view.off.has(`run ${part.run}`));
       for (const one of lit) {

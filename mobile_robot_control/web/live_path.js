@@ -97,7 +97,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       plan = found;
       if (plan) {
         const shares = Object.entries(plan.active).sort((one, other) => other[1] - one[1])
-          .map(([name, share]) => `${name} ${Math.round(100 * share)} %`);
+          .map(([name, share]) => `${name || 'none'} ${Math.round(100 * share)} %`);
         tell(`${mrc.number(plan.length, 'm', 3)} in ${mrc.number(plan.duration, 's', 3)}, at most `
           + `${mrc.number(Math.max(...plan.speed.map(Math.abs)), 'm/s', 3)}, slow where it is dark${
             plan.speed.some((speed) => speed < 0) ? ', dashed backwards' : ''}. Active limits: ${shares.join(', ')}.`);

@@ -4,7 +4,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 (function (mrc) {
   'use strict';
 
-  const LEFT = 46, BELOW = 34, RIGHT = 8, ABOVE = 8;
+  const LEFT = 34, BELOW = 38, RIGHT = 74, ABOVE = 24, BAR = 14;  // [px] round the surface, and of the colour bar
 
   // Return the drawing on a canvas: {surface(numbers), choose('linear' or 'angular'), dot(distance, bearing)}.
   mrc.makeSurface = function (canvas) {
@@ -40,18 +40,23 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       const [wide, high] = [width - LEFT - RIGHT, height - BELOW - ABOVE];
       pen.drawImage(picture, LEFT, ABOVE, wide, high);
       pen.font = `12px ${getComputedStyle(canvas).fontFamily}`;
-      pen.fillStyle = mrc.colour('--soft');
-      pen.textAlign = 'right';
-      ['π', '0', '-π'].forEach((text, n) => pen.fillText(text, LEFT - 6, ABOVE + 0.5 * n * high + 4));
-      pen.textAlign = 'left';
-      pen.fillText('bearing [rad]', LEFT + 4, ABOVE + 14);
-      pen.fillText('0', LEFT, height - BELOW + 14);
-      pen.textAlign = 'right';
-      pen.fillText(`distance ${numbers.farthest} m`, width - RIGHT, height - BELOW + 14);
-      pen.textAlign = 'left';
-      const unit = shown === 'linear' ? 'm/s' : 'rad/s';
-      pen.fillText(`orange: −${most.toFixed(2)} ${unit}, blue: +${most.toFixed(2)} ${unit}`, LEFT,
-                   height - 4);
+      pen.fillStyle = mrc.colour('--ink');
+      const text = (words, x, y, align) => { pen.textAlign = align; pen.fillText(words, x, y); };
+      ['π', '0', '−π'].forEach((words, n) => text(words, LEFT - 6, ABOVE + 0.5 * n * high + 4, 'right'));
+      text('bearing [rad]', 0, 14, 'left');
+      [0, 0.5, 1].forEach((part) => text(mrc.number(part * numbers.farthest, ''), LEFT + part * wide,
+                                         height - BELOW + 16, part ? (part < 1 ? 'center' : 'right') : 'left'));
+      text('distance [m]', LEFT + wide / 2, height - 5, 'center');
+      const bar = width - RIGHT + 12;
+      const shades = pen.createLinearGradient(0, ABOVE, 0, ABOVE + high);
+      ['--robot-1', '--tint', '--robot-2'].forEach((name, n) => shades.addColorStop(0.5 * n, mrc.colour(name)));
+      pen.fillStyle = shades;
+      pen.fillRect(bar, ABOVE, BAR, high);
+      pen.strokeStyle = pen.fillStyle = mrc.colour('--ink');
+      pen.lineWidth = 1;
+      pen.strokeRect(bar, ABOVE, BAR, high);
+      [most, 0, -most].forEach((value, n) => text(mrc.number(value, '', 3), bar + BAR + 5, ABOVE + 0.5 * n * high + 4, 'left'));
+      text(shown === 'linear' ? 'v [m/s]' : 'ω [rad/s]', width, 14, 'right');
       if (!at) return;
       pen.beginPath();
       pen.arc(LEFT + Math.min(1, at[0] / numbers.farthest) * wide, ABOVE + (0.5 - at[1] / (2 * Math.PI)) * high, 6, 0,

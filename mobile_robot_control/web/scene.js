@@ -48,12 +48,6 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   const ERRORS = ['--error-low', '--error-middle', '--error-high'], SPEEDS = ['--speed-slow', '--speed-fast'];
   const LEFT = 48, BELOW = 24, ABOVE = 26, COLUMN = 190;  // [px] round the plane, and of the column at its right
 
-  // Return the smallest of 1, 2, 5, 10, 20, ... (and their fractions) that is at least a value.
-  function round(value) {
-    const decade = 10 ** Math.floor(Math.log10(value));
-    return decade * [1, 2, 5, 10].find((digit) => digit * decade >= value * (1 - 1e-9));
-  }
-
   // Return a number with so many decimals, and a minus as wide as a digit.
   function signed(value, digits) { return value.toFixed(digits).replace(/^-(?=.*[1-9])/, '−').replace(/^-/, ''); }
 
@@ -143,14 +137,14 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
 
     // Draw grid lines with labels along the left and lower edge.
     function grid() {
-      const step = round(70 / view.scale), digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+      const step = mrc.roundStep(70 / view.scale), digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
       const [left, top] = toWorld(area.left, area.top), [right, low] = toWorld(area.right, area.bottom);
       pen.lineWidth = 1;
       pen.strokeStyle = colour('--faint');
       for (let n = Math.ceil(left / step); n * step <= right; n++) {
         const px = Math.round(toScreen(n * step, 0)[0]) + 0.5;
         pen.strokeRect(px, area.top, 0, area.bottom - area.top);
-        if (px < area.right - 40) text(signed(n * step, digits), px, area.bottom + 16, 'center');
+        if (px < area.right - 56) text(signed(n * step, digits), px, area.bottom + 16, 'center');
       }
       for (let n = Math.ceil(low / step); n * step <= top; n++) {
         const py = Math.round(toScreen(0, n * step)[1]) + 0.5;

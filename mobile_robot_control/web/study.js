@@ -10,6 +10,7 @@
   const host = document.querySelector('.charts[data-figure=starts]');
   const replayed = document.getElementById('replay');
   const REACH = 14;  // [px] of the pointer
+  const HEADED = 500;  // runs whose headings are drawn; those of more would hide each other
   let clock = null;
 
   data.controllers.forEach((one) => {
@@ -57,13 +58,19 @@
       pen.font = '12px system-ui, sans-serif';
       pen.strokeStyle = mrc.colour('--faint');
       pen.fillStyle = mrc.colour('--soft');
-      const step = 10 ** Math.floor(Math.log10(reach)) * (reach / 10 ** Math.floor(Math.log10(reach)) > 4 ? 2 : 1) / 2;
+      const step = mrc.roundStep(reach / 3);
       for (let n = -Math.floor(reach / step); n * step < reach; n++) {
         const at = size / 2 * (1 + n * step / reach);
         pen.strokeRect(at, 0, 0, size);
         pen.strokeRect(0, at, size, 0);
-        if (n && at > 4 && at < size - 40) pen.fillText(`${Number((n * step).toPrecision(3))} m`, at + 3, size - 4);
+        const value = String(Number((n * step).toPrecision(3))).replace('-', '−');
+        if (n && at > 4 && at < size - 70) pen.fillText(value, at + 3, size - 4);
+        if (n && at > 24 && at < size - 24) pen.fillText(value, 3, size - at - 3);
       }
+      pen.fillText('y [m]', 3, 12);
+      pen.textAlign = 'right';
+      pen.fillText('x [m]', size - 3, size - 4);
+      pen.textAlign = 'left';
       for (const succeeded of [1, 0]) {
         for (let n = 0; n < one.count; n++) {
           if (success[n] !== succeeded) continue;
@@ -76,7 +83,7 @@
           pen.lineWidth = 1.2;
           pen.moveTo(px, py);
           pen.lineTo(px + 12 * Math.cos(heading[n]), py - 12 * Math.sin(heading[n]));
-          if (!succeeded || n === under) pen.stroke();
+          if (!succeeded || one.count <= HEADED || n === under) pen.stroke();
           if (String(n) in one.replays || n === under) {
             pen.strokeStyle = mrc.colour('--ink');
             pen.beginPath();
@@ -113,8 +120,14 @@
       const found = nearest(event);
       if (String(found) in one.replays) replay(one, String(found));
     });
+    const [{name: judged, label, unit}] = data.metrics;
+    if (Object.keys(one.replays).length) {
+      list.append(mrc.element('span', 'soft', `replays, with the distance of the start and ${label}:`));
+    }
     Object.keys(one.replays).forEach((run) => {
-      const button = mrc.element('button', '', `${success[run] ? 'median' : 'failure'} ${one.numbers[run]}`,
+      const away = mrc.number(Math.hypot(x[run], y[run]), 'm', 3), value = one.columns[judged][run];
+      const button = mrc.element('button', '', `${success[run] ? 'median' : 'failure'} ${one.numbers[run]}: ${away}, `
+        + (Number.isFinite(value) ? mrc.withUnit(value, unit) : 'not known'),
                                  {type: 'button', title: describe(one, Number(run))});
       button.addEventListener('click', () => replay(one, run));
       list.append(button);

@@ -163,6 +163,7 @@ interface Mrc {
   look(colours: Colours): string;
   onDark(listener: () => void): void;
   number(value: number, unit?: string, digits?: number): string;
+  roundStep(value: number): number;
   withUnit(value: number, unit: string): string;
   unpack(text: string): Float32Array;
   indexAt(times: Numbers, time: number): number;

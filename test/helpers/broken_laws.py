@@ -174,7 +174,7 @@ BROKEN = {
         {'finite', 'gains', 'switch', 'standing cart'}, ('standing cart', 'ZeroDivisionError', 'v_r = 0.0 m/s')),
     'returns no command': (
         Law('broken', no_command_step, Gains), {'finite', 'gains', 'run', 'switch', 'standing cart'},
-        ('finite', "no attribute 'linear'", 'e1 = 0.0 m')),
+        ('finite', 'write return state, BodyVelocity(v, omega)', 'e1 = 0.0 m')),
     'fails when the cart stands for ten ticks': (
         broken(lambda state, seen, gains: gains.k / max(10.0 - standing(state, seen).ticks, 0.0), Gains, Count(),
                ticks=standing),

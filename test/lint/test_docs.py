@@ -115,8 +115,9 @@ def test_the_page_of_topics_has_those_of_the_loop_and_the_key_of_the_diagnostics
     loop = _page('topics').partition('## Topics of the loop')[2].partition('\n## ')[0]
     rows = [[cell.strip(' `') for cell in line.split('|')[1:-1]] for line in loop.splitlines()
             if line.startswith('| `')]
-    assert [(row[0], row[1], row[3], row[4].replace(' ', '_')) for row in rows] == [
-        (topic.name, topic.kind, topic.publisher, topic.rate) for topic in ALL_LOOP_TOPICS.values()]
+    assert [(row[0], row[1], row[3], row[4], row[5].replace(' ', '_')) for row in rows] == [
+        (topic.name, topic.kind, topic.publisher, ', '.join(topic.subscribers) or 'none', topic.rate)
+        for topic in ALL_LOOP_TOPICS.values()]
 
 
 def test_parameters_named_in_a_page_exist():

@@ -61,7 +61,8 @@ def test_a_file_of_a_curve_alone_passes(tmp_path, capsys, monkeypatch, registere
     printed = capsys.readouterr()
     assert (printed.out.splitlines(), printed.err) == ([
         "the curve 'ellipse':", '  passed: record', '  passed: pure', '  passed: finite', '  passed: derivatives',
-        '  passed: closed', '  passed: speed', '  left out: over DDS (over_dds=False)'], '')
+        '  passed: closed', '  passed: speed', '  left out: over DDS (over_dds=False)'],
+        'testing: checking ellipse, for some seconds\n')
 
 
 @pytest.mark.parametrize(('text', 'message'), [

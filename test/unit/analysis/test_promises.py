@@ -148,10 +148,11 @@ def test_what_is_ruled_out_is_a_parameter_that_is_off():
 def test_thin_margins_are_warned_of_and_otherwise_only_what_is_not_modelled(changed, warning):
     assert any(warning in text for text in warnings_of(promised(**changed)))
     found, = warnings_of(promised())
-    assert found.startswith('not modelled, and the error of a robot that has any of it is unknown: dead time of the '
-                            'motors (step the torque and take the time until joint_states change); lag of the motors (')
-    assert found.endswith('Find out, and set it or name it in plant.ruled_out; there is room for 100 ms of delay '
-                          'before the loop is unstable')
+    assert found.startswith('not modelled, and a robot with any of these effects may have another error: dead '
+                            'time of the motors (step the torque and take the time until joint_states change); lag of '
+                            'the motors (')
+    assert found.endswith('Measure each on your robot, then set its parameter, or name it in plant.ruled_out; there is '
+                          'room for 100 ms of delay before the loop is unstable')
     assert warnings_of(promised(delay=math.inf))[0].endswith('name it in plant.ruled_out')
 
 
@@ -160,7 +161,7 @@ def test_the_lines_are_short_and_name_margins_with_their_places():
     assert max(map(len, lines)) <= 100
     text = ' '.join(line.strip() for line in lines)
     assert 'modelled: dead time of the motors (2 velocity periods); limit of the torque (3 N m, 2.5 N m)' in text
-    assert 'the error of a robot that has any of it is unknown' in text
+    assert 'a robot with any of these effects may have another error' in text
     assert ('position loop: gain margin 5.00 at t = 1 s of the lap, lower gain margin 0.25, delay margin 100 ms '
             '(10.0 position periods) at t = 2 s of the lap') in text
     assert 'velocity loop: gain margin 5.00 at t = 1 s of the lap, lower gain margin 0.25, delay margin 20 ms' in text

@@ -7,6 +7,7 @@ import json
 import multiprocessing
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -137,19 +138,33 @@ def test_laws_are_searched_and_judged_and_the_same_seed_gives_the_same_hash_from
     assert hash_of(tmp_path / 'other') != values['hash']
 
 
-def test_a_law_of_a_file_ranks_beside_the_shipped_ones_and_those_that_fail_come_last_with_their_reason(track, tmp_path):
+def test_the_laws_of_a_folder_rank_beside_the_shipped_ones_and_those_that_fail_come_last_with_their_reason(
+        track, tmp_path, capsys):
+    folder = tmp_path / 'handed_in'
+    folder.mkdir()
     for name, failure in (('mine', 'pass'), ('raises', "raise ValueError('no answer')"), ('empty', "v = float('nan')")):
-        (tmp_path / f'{name}.py').write_text(LAW.format(name=name, failure=failure))
-    assert run(track, tmp_path / 'out', '--laws', 'kanayama', 'raises', 'mine', 'empty', *(
-        word for name in ('mine', 'raises', 'empty') for word in ('--law', tmp_path / f'{name}.py')),
-        '--seeds', 1, 2, 3, 4, 5) == 0
-    rows = {row['law']: row for row in read(tmp_path / 'out')[0]['ranks']}
+        (folder / f'{name}.py').write_text(LAW.format(name=name, failure=failure))
+    (folder / 'twin.py').write_text(LAW.format(name='mine', failure='pass'))
+    (folder / 'broken.py').write_text('import nowhere')
+    arguments = ('--laws', 'kanayama', 'raises', 'mine', 'empty', '--law', folder, '--seeds', 1, 2, 3, 4, 5)
+    with pytest.raises(SystemExit, match='2'):
+        run(track, tmp_path / 'out', *arguments)
+    for name in ('mine', 'raises', 'empty'):
+        LAWS.remove(name)
+    assert run(track, tmp_path / 'out', *arguments, '--keep-going') == 0
+    values, printed = read(tmp_path / 'out')[0], capsys.readouterr().out
+    for name, reason in (('broken', 'cannot be imported (ModuleNotFoundError'), ('twin', "the law 'mine' is defined")):
+        assert reason in values['not_loaded'][str(folder / f'{name}.py')]
+        assert reason in (tmp_path / 'out' / 'benchmark.html').read_text().replace('&#x27;', "'")
+        assert f'not loaded: {folder / name}.py: {reason}' in printed
+    assert re.search('raises: .*fails in most runs on small .*no answer', printed)
+    rows = {row['law']: row for row in values['ranks']}
     assert list(rows)[2:] == ['empty', 'raises']
     assert rows['mine']['success'] == 1.0
     assert rows['mine']['rank'] <= 2 >= rows['kanayama']['rank']
     assert (rows['raises']['rank'], rows['empty']['last_rank']) == (3, 4)
     assert 'no answer' in rows['raises']['reason']
-    assert 'not finite' in rows['empty']['reason']
+    assert 'its command is v = nan m/s' in rows['empty']['reason']
     assert 'no answer' in (tmp_path / 'out' / 'benchmark.html').read_text()
 
 
@@ -259,7 +274,7 @@ def test_two_processes_give_the_hash_of_one_also_where_a_law_came_by_hand_and_af
     laws = ['--laws', 'kanayama', 'by_hand', 'ramsete']
     assert run(track, tmp_path / 'one', *laws) == 0
     ends = []
-    monkeypatch.setattr(benchmark, 'tqdm', lambda total, **_: ends.append([total, 0]) or _Bar(ends[-1]))
+    monkeypatch.setattr(benchmark, 'StagedBar', lambda total, *_, **__: ends.append([total, 0]) or _Bar(ends[-1]))
     monkeypatch.setattr(benchmark, 'Interrupt', lambda: _Stopped(0))
     assert run(track, tmp_path / 'two', *laws, '--workers', 2) == 1
     assert 'after 0 of 3 cells' in capsys.readouterr().err

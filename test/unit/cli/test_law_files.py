@@ -1,5 +1,6 @@
 """The commands with a law and a curve from files of their own: searched, resumed, refused."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -69,11 +70,46 @@ def test_resume_refuses_a_journal_whose_law_has_changed(tmp_path, capsys):
     assert tune.main([*search, '1', '--resume']) == 0
 
 
+@pytest.mark.parametrize(('end', 'arguments', 'driven', 'words'), [
+    ("LAW = Law('named', step, Gains)", [], 'named', "the law 'named' of --law is selected"),
+    ("register(Law('registered', step, Gains))", [], 'registered', "the law 'registered' of --law is selected"),
+    ("LAW = register(Law('both', step, Gains))", [], 'both', "the law 'both' of --law is selected"),
+    ("LAW = Law('unused', step, Gains)", ['-p', 'position_controller.controller_type:=lqr'], 'lqr', ''),
+    ("register(Law('one', step, Gains)); register(Law('two', step, Gains))", [], 'backstepping',
+     "the law 'backstepping' is selected, and none of one, two; to choose one, add "
+     '-p position_controller.controller_type:=two'),
+])
+def test_a_file_with_one_law_selects_it_unless_another_is_named(tmp_path, capsys, end, arguments, driven, words):
+    file = tmp_path / 'law.py'
+    file.write_text(f"""
+from typing import NamedTuple
+from mobile_robot_control import BodyVelocity, Law, register
+class Gains(NamedTuple):
+    pass
+def step(state, observation, gains, dt):
+    return state, observation.reference.velocity
+{end}
+""")
+    assert simulate.main(['--law', str(file), '--duration', '0.1', *arguments]) == 0
+    printed = capsys.readouterr()
+    assert printed.out.startswith(f'On the trifolium, {driven} completed')
+    assert printed.err == (f'{words}\n' if words else '')
+
+
+def test_a_law_that_is_not_loaded_is_refused_with_both_ways_to_load_it(capsys):
+    for word in ('controller_type:=my_kanayama', 'my_kanayama.kx:=1.0'):
+        assert simulate.main(['--duration', '1', '-p', f'position_controller.{word}']) == 2
+        assert re.search('with --law, or register it in Python', capsys.readouterr().err)
+    with pytest.raises(SystemExit, match='2'):
+        tune.main([*BARE, '--output', 'found.yaml'])
+    assert re.search('with --law, or register it in Python', capsys.readouterr().err)
+
+
 @pytest.mark.parametrize(('option', 'text', 'words'), [
     ('--law', 'import nowhere', "cannot be imported (ModuleNotFoundError: No module named 'nowhere' in {file}, "
      'line 1); mend it, or leave it out'),
-    ('--law', 'x = 1', 'has no LAW; a law is a record of that name'),
-    ('--curve', 'x = 1', 'has no CURVE; a curve is a record of that name'),
+    ('--law', 'x = 1', 'has no LAW; end it with LAW = Law(name, step, gains)'),
+    ('--curve', 'x = 1', 'has no CURVE; end it with CURVE = Curve(name, point)'),
 ])
 def test_a_bad_plug_in_file_is_bad_usage(tmp_path, capsys, option, text, words):
     file = tmp_path / 'bad.py'

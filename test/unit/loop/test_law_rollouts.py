@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 from typing import Annotated, NamedTuple
 
 import pytest
@@ -45,6 +46,15 @@ def with_another_set(state, observation, gains, dt):
 @jitable
 def nan_at_last(state, observation, gains, dt):
     return state, BodyVelocity(math.nan if observation.error.longitudinal > 0.05 else 0.1, 0.0)
+
+
+@jitable
+def three_values(state, observation, gains, dt):
+    return state, 1.0, 0.0
+
+
+def two_speeds(state, observation, gains, dt):
+    return state, (1.0, 0.0)
 
 
 def raising(state, observation, gains, dt):
@@ -181,12 +191,18 @@ def test_a_pool_of_processes_follows_a_law_that_is_registered_again(registered, 
 
 
 @pytest.mark.parametrize(('step', 'reason', 'duration'), [
-    (nan_at_last, 'its command is not finite', 0.44), (raising, 'ArithmeticError: no way', 0.0)])
-def test_a_law_that_fails_ends_the_rollout_with_its_outcome(registered, step, reason, duration):
+    (nan_at_last, r'its command is v = nan m/s, omega = 0\.0 rad/s in .*test_law_rollouts\.py, line \d+', 0.44),
+    (raising, 'ArithmeticError: no way', 0.0),
+    (three_values, r'its step returned \(NoState, float, float\) in .*\.py, line \d+; write return state, Body', 0.0),
+    (two_speeds, r'its step returned \(NoState, \(float, float\)\) in .*\.py, line \d+; write return state', 0.0)])
+def test_a_law_that_fails_ends_the_rollout_with_its_outcome(registered, capsys, step, reason, duration):
     registered(Law('mine', step, Gains))
     with pytest.raises(LawFailedError, match=reason):
         list(rollout(configured(), 1.0))
     assert measure(configured(), 1.0)[:2] == ('law_failed', duration)
+    if step is not nan_at_last:  # compiled, it raises nothing
+        assert run_trials(trials_of(1.0))[0].law_failed
+        assert re.search(f"the law 'mine' failed in a trial: {reason}", capsys.readouterr().err)
 
 
 def test_a_law_sees_error_reference_and_odometrys_velocity(registered):

@@ -68,7 +68,7 @@ def test_a_whole_run_is_told_by_law_curve_errors_torque_and_messages():
     ({'problems': ('gaps',), 'series': _series([0, 10, 20, 50, 60, 70])},
      '; 4 messages are missing from the recording.'),
     ({'problems': ('cut off',)}, '; its recording is not complete, see what is missing below.'),
-    ({'series': _series(range(0, 60, 10), received=False)}, '; no row of its table is missing.'),
+    ({'series': _series(range(0, 60, 10), received=False)}, '; its table is complete.'),
 ])
 def test_outcome_true_or_measured_error_torque_and_what_is_missing_are_told(changes, words):
     assert words in _sentence(_run(**changes))

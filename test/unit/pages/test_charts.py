@@ -27,6 +27,7 @@ SMALL = '''[...document.querySelectorAll(".charts *, .chart-bar *, .contents *")
 WIDE = '''[...document.querySelectorAll("body *")].filter(element => !element.closest(".scroll, pre") &&
   element.getClientRects().length && element.getBoundingClientRect().right > innerWidth + 1).map(one => one.tagName)'''
 OVERFLOW = 'document.documentElement.scrollWidth - document.documentElement.clientWidth'
+COLUMNS = '[...document.querySelectorAll("#metrics tr")].map(one => one.getBoundingClientRect().left)'
 SHOWN = '''[[...document.querySelectorAll("figure img")].filter(one => one.getClientRects().length).length,
   [...document.querySelectorAll(".chart")].filter(one => one.getClientRects().length).length > 0,
   document.querySelector("#replay").checkVisibility(), document.querySelector(".answer").checkVisibility()]'''
@@ -100,6 +101,9 @@ def test_every_panel_is_a_chart_that_fits_light_and_dark_and_a_picture_on_paper(
         browser.show(pair, width)
         assert (browser.requests(), browser.errors()) == ([pair.as_uri()], [])
         assert [evaluate(one) for one in (OVERFLOW, WIDE, SMALL, SHOWN)] == [0, [], 0, [0, True, True, True]]
+        # metrics stand in two columns where there is room, and all of the bar is in sight
+        assert len({*evaluate(COLUMNS)}) == (1 if width == PHONE else 2)
+        assert evaluate('document.querySelector(".chart-bar").scrollWidth') <= width
     assert evaluate('document.querySelectorAll(".chart .uplot").length') == sum(
         len(figure.panels) for figure in RUN_FIGURES)
     # the name of a run is a text

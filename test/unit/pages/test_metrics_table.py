@@ -51,6 +51,7 @@ def test_the_best_is_marked_and_others_that_can_be_compared_have_their_differenc
         assert [' '.join(text(cell)) for cell in table(*metrics)['energy']] == expected
     row = table({'max_position_error': 1.0, 'error': 'true'}, {'max_position_error': 0.5, 'error': 'measured'})
     assert [' '.join(text(cell)) for cell in row['position error, largest']] == ['1 m', '0.5 m']
+    assert [' '.join(text(cell)) for cell in row['errors are those of']] == ['the true pose', 'odometry']
     for largest, shown in ((2.0, [['★', '12.3', 'mm'], ['2000', 'mm', '+1.99']]),
                            (20.0, [['★', '0.0123', 'm'], ['20', 'm', '+20']])):
         row = table({'rms_position_error': 0.0123}, {'rms_position_error': largest})['position error, RMS']

@@ -198,7 +198,7 @@ def test_the_same_runs_give_the_same_page_which_loads_nothing_from_elsewhere(qui
 def test_the_moving_picture_is_played_from_the_replay_and_left_as_it_is_without_a_browser(
         browser, tmp_path, monkeypatch):
     monkeypatch.setattr(moving_picture, 'FRAMES', 3)
-    monkeypatch.setattr(moving_picture, 'HYBRID_LEMNISCATE', moving_picture.HYBRID_LEMNISCATE._replace(duration=1.0))
+    monkeypatch.setattr(moving_picture, 'LAP', 4.0)
     moving_picture.write_moving_picture(CONFIG, tmp_path / 'moving.gif')
     with Image.open(tmp_path / 'moving.gif') as picture:
         assert picture.n_frames == 3

@@ -114,7 +114,7 @@ def field(*arguments):
     ('import nowhere', 'cannot be imported (ModuleNotFoundError'),
     ('import sys\nsys.exit(3)', 'cannot be imported (SystemExit'),
     ('def (', 'cannot be imported (SyntaxError'),
-    ('', 'has no LAW; a law is a record of that name'),
+    ('', 'has no LAW; end it with LAW = Law(name, step, gains)'),
     (gains_of("Annotated[float, Field('', 'larger', above=0.0)]", ''), 'each with a default'),
     (gains_of('float'), 'annotated with Field'),
     (field(), "'mine': its gain 'gain' has neither bounds nor a range"),
@@ -131,10 +131,10 @@ def test_a_file_that_cannot_be_loaded_is_named_with_its_reason(tmp_path, text, w
     assert 'mine' not in LAWS
 
 
-@pytest.mark.parametrize('file', ['nowhere.py', '.'])
-def test_a_file_that_cannot_be_read_is_refused(file):
-    with pytest.raises(PluginError, match=r'cannot be read|is not a regular file|has no LAW'):
-        load_plugins([file], [])
+def test_a_file_that_cannot_be_read_and_a_folder_without_one_are_refused(tmp_path):
+    for file in ('nowhere.py', str(tmp_path)):
+        with pytest.raises(PluginError, match=r'cannot be read|has no Python file'):
+            load_plugins([file], [])
 
 
 @pytest.mark.parametrize(('point', 'words'), [

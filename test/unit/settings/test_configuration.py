@@ -30,6 +30,11 @@ def test_violations_of_every_node_are_named_at_once_and_that_of_several_once():
     assert named['plant, velocity_controller'] == 'robot.mass = 0.0 is not allowed; it must be above 0.0 kg'
 
 
+def test_a_node_that_there_is_not_is_refused_with_the_nearest_name():
+    assert refused({'position_controler': {'controller_type': 'fuzzy'}, 'plant': {'duration': 1.0}}) == (
+        "there is no node 'position_controler'; did you mean 'position_controller'?",)
+
+
 def test_shared_values_that_differ_between_nodes_are_refused():
     violation, = refused({'plant': {'robot.mass': 12.0}})
     assert violation == ("robot.mass differs between the nodes (plant 12.0, velocity_controller 10.0, "

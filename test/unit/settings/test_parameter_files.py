@@ -89,7 +89,7 @@ def test_sections_and_groups_may_be_nested_and_those_of_others_are_left_out(file
     assert load([file(text)], namespace='/fleet/one')['plant'] == {'duration': 5.0}
     nested = '/**:\n  ros__parameters:\n    robot:\n      mass: 9.0\n      wheel_radius: 0.04\n    robot.inertia: 2.0\n'
     assert load([file(nested)])['plant'] == {'robot.mass': 9.0, 'robot.wheel_radius': 0.04, 'robot.inertia': 2.0}
-    others = section('rviz2', anything='goes') + section('/camera/driver', rate=30)
+    others = section('rviz2', anything='goes') + section('/camera/driver', rate=30) + section('plant_2', duration=6.0)
     assert load([file(others + section('plant', duration=5.0))])['plant'] == {'duration': 5.0}
     assert not any(load([file(section('track', purpose='turns'))]).values())
     for name in ('use_sim_time', 'start_type_description_service', 'qos_overrides./odom.reliability'):
@@ -182,6 +182,8 @@ _NO_NODE = 'is no name of a node, and nodes refuse the file; write one such as'
     (section('/**', velocity_rates=5.0), "unknown parameter 'velocity_rates' of '/**'; did you mean 'velocity_rate'?"),
     (section('plant', curve='circle'), "'curve' of 'plant' belongs to reference_cart; write it there"),
     (section('reference_cart', max_wheel_torque=1.0), 'belongs to plant and velocity_controller'),
+    (section('/**/position_controler', controller_type='fuzzy') + section('plant', duration=5.0),
+     "there is no node 'position_controler'; did you mean 'position_controller'?"),
     (section('plant', initial_pose='[1.5, 2, 3]'), 'mixes kinds of numbers, which ROS refuses; write a decimal point '
      'in each: [1.5, 2.0, 3.0]'),
     (section('plant', odom_frame_id=r'"\ud800"'), 'has half a character or a zero byte'),

@@ -45,7 +45,7 @@ def test_a_known_difference_is_found_though_the_scenarios_differ_much_more():
     line, success = texts(one=ours, other=theirs)[1:]
     assert line.startswith('one and other, position error, RMS: that of one is smaller by 0.')
     assert line.endswith(' in the 60 scenarios in which both succeed')
-    assert success == 'one and other, success: cannot be told apart: the same 60 of 60 succeed'
+    assert success == 'one and other, success: no significant difference: the same 60 of 60 succeed'
 
 
 def test_the_numbers_of_a_small_comparison():
@@ -56,9 +56,9 @@ def test_the_numbers_of_a_small_comparison():
     # t of 2 degrees of freedom is 4.303, and the spread 0.01
     assert rms.interval == pytest.approx((-0.02 - 0.024841, -0.02 + 0.024841), abs=1e-6)
     assert texts(one=ours, other=theirs)[1:] == [
-        'one and other, position error, RMS: cannot be told apart: that of one minus that of other is -2 cm '
+        'one and other, position error, RMS: no significant difference: that of one minus that of other is -2 cm '
         '(-4.48 to 0.484) in the 3 scenarios in which both succeed; 2 are left out',
-        'one and other, success: cannot be told apart: one alone in 1, other alone in 1 of 5']
+        'one and other, success: no significant difference: one alone in 1, other alone in 1 of 5']
 
 
 @pytest.mark.parametrize(('alone', 'winner'), [
@@ -71,7 +71,7 @@ def test_success_is_told_apart_where_the_sign_test_says_so(alone, winner):
     assert compare(NAMES, (ours, theirs)).more_successful == winner
     line = texts(one=ours, other=theirs)[2]
     assert line.partition(', success: ')[2].startswith(f'{winner} succeeds more often' if winner
-                                                       else 'cannot be told apart')
+                                                       else 'no significant difference')
 
 
 @pytest.mark.parametrize(('ours', 'theirs', 'both'), [((None, 0.1), (0.1, None), 0), ((0.1, None), (0.2, 0.1), 1)])
@@ -124,7 +124,7 @@ def test_equal_runs_cannot_be_told_apart_and_a_constant_difference_is_found():
     runs = judged(*drawn(3))
     found, rms = by_rms(runs, runs)
     assert (rms.mean, rms.interval, found.better(rms), found.more_successful) == (0.0, (0.0, 0.0), '', '')
-    assert all('cannot be told apart' in line for line in texts(one=runs, other=runs)[1:])
+    assert all('no significant difference' in line for line in texts(one=runs, other=runs)[1:])
     found, rms = by_rms(judged(0.5, 0.25, 1.0), judged(0.25, 0.0, 0.75))
     assert (rms.interval, found.better(rms)) == ((0.25, 0.25), 'other')
 

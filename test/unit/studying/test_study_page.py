@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import pytest
 from helpers.measuring import configuration
@@ -101,8 +102,14 @@ def test_the_page_of_a_study_fits_and_asks_for_nothing(browser, written):
     assert browser.evaluate('document.querySelectorAll("#distributions .uplot").length') == 7
     text = browser.evaluate('document.body.innerText')
     for part in ('<b>law</b>: 87.50 % of 8 runs succeed', 'near the cart', 'was interrupted', 'Not modelled',
-                 '1 of 8 fails', 'run 3: curve', 'compared in the same'):
+                 '1 of 8 fails', 'run 3: curve', 'compared in the same',
+                 'replays, with the distance of the start and position error'):
         assert part in text
+    # the replays differ by what their names say
+    replays = browser.evaluate('[...document.querySelector(".starts").querySelectorAll("button")].map('
+                               'one => one.textContent)')
+    assert len(replays) == 1 + MEDIANS
+    assert all(re.fullmatch(r'(median|failure) \d+: \S+ m, \S+ m?m', name) for name in replays)
     browser.media('print', 'light')
     assert browser.evaluate('''[...document.querySelectorAll("figure")].filter(one => one.getClientRects().length)
       .map(one => one.id)''') == ['starts']

@@ -1,11 +1,13 @@
-"""Progress bars: a widget in a kernel of Jupyter that has widgets, a line of text elsewhere."""
+"""Progress bars: a widget in a kernel of Jupyter that has widgets, a line of text elsewhere; names of waits."""
 
 import importlib
 import importlib.util
+import io
 import sys
 from types import ModuleType
 
 from mobile_robot_control.system import progress
+from mobile_robot_control.system.progress import StagedBar
 
 
 def test_a_bar_is_a_widget_in_a_kernel_with_widgets_alone(monkeypatch):
@@ -22,3 +24,13 @@ def test_a_bar_is_a_widget_in_a_kernel_with_widgets_alone(monkeypatch):
         installed.append('ipywidgets')
         assert kind() == 'tqdm.notebook'
     assert kind() == 'tqdm.std'
+
+
+def test_a_bar_says_what_is_done_before_its_first_update_and_after_its_last():
+    shown = io.StringIO()
+    with StagedBar(2, 'run', 'driving', True, file=shown, mininterval=0.0) as bar:
+        assert 'compiling:   0%' in shown.getvalue()
+        bar.update()
+        assert 'driving:  50%' in shown.getvalue()
+        bar.update()
+    assert shown.getvalue().splitlines()[-1].startswith('analysing and drawing: 100%')
