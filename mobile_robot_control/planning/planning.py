@@ -65,7 +65,7 @@ class Plan(NamedTuple):
     deviation : float
         Largest distance of a waypoint from the path [m].
     ignored : tuple of str
-        Headings of waypoints that are not used, in words.
+        Headings, columns and times of waypoints that are not used, in words.
     limits : dict of str to float
         The parameters `timing`, by name.
     active : dict of str to float

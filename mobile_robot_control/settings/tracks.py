@@ -12,7 +12,7 @@ from mobile_robot_control.parameters.declaration import Field, ParameterError, n
 from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.quantities import LARGEST
 from mobile_robot_control.reference.curves import CURVES, PATH
-from mobile_robot_control.reference.waypoints import WAYPOINTS
+from mobile_robot_control.reference.waypoint_files import WAYPOINTS
 from mobile_robot_control.settings.configure import ParameterSources, shipped_folder
 from mobile_robot_control.settings.files import PATH_FILE, TRACK, read_parameter_file
 from mobile_robot_control.system.files import read_bounded
