@@ -199,7 +199,7 @@ def _cases(law: Law) -> list[Case]:
 def _compiled(law: Law, case: Case) -> Any:
     """Return the compiled step, compiled for a case; raise LeftOutError if it does not compile."""
     if not batch.COMPILES:
-        raise LeftOutError('numba is not installed')
+        raise LeftOutError(batch.WHY_PLAIN)
     plain: Callable[..., Any] = law.step
     try:
         step = batch.compiled_step(plain)

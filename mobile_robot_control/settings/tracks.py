@@ -135,6 +135,9 @@ def read_track(given: str) -> Track:
         parameters = make_request(TrackParameters, sections[TRACK])
     except ParameterError as error:
         raise ParameterError(f'{file}: {TRACK}: {violation}' for violation in error.violations) from None
+    for name in ('curves', 'scales'):
+        if not getattr(parameters, name):
+            raise ParameterError([f'{file}: {TRACK}: {name} = [] draws from nothing; name one or more'])
     if any(values.get('curve') == PATH for values in sections.values()):
         parameters = parameters._replace(curves=(PATH,), scales=parameters.scales[:1])
     source, published = _published(file, sections.get(_PUBLISHED, {}))
