@@ -267,7 +267,11 @@ def compiled_equals_plain(law: Law) -> Iterator[str]:
 
 
 def same_bits_elsewhere(law: Law) -> Iterator[str]:
-    """Warn of functions that round differently on another machine; those of a law of the package are faults."""
+    """
+    Warn of functions that round differently on another machine; those of a law of the package are faults.
+
+    Sources alone are read: what C computes, as by ctypes, is not seen.
+    """
     found = suspects(law.step, _elsewhere)
     if not found:
         return
