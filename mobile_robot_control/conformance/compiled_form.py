@@ -199,7 +199,7 @@ def _cases(law: Law) -> list[Case]:
 def _compiled(law: Law, case: Case) -> Any:
     """Return the compiled step, compiled for a case; raise LeftOutError if it does not compile."""
     if not batch.COMPILES:
-        raise LeftOutError('numba is not installed')
+        raise LeftOutError(batch.WHY_PLAIN)
     plain: Callable[..., Any] = law.step
     try:
         step = batch.compiled_step(plain)
@@ -267,7 +267,11 @@ def compiled_equals_plain(law: Law) -> Iterator[str]:
 
 
 def same_bits_elsewhere(law: Law) -> Iterator[str]:
-    """Warn of functions that round differently on another machine; those of a law of the package are faults."""
+    """
+    Warn of functions that round differently on another machine; those of a law of the package are faults.
+
+    Sources alone are read: what C computes, as by ctypes, is not seen.
+    """
     found = suspects(law.step, _elsewhere)
     if not found:
         return

@@ -12,7 +12,7 @@ from mobile_robot_control.messages.mcap_stream import RESET, BagError, Change
 from mobile_robot_control.parameters.declaration import ParameterError, check_value, declarations, flatten
 from mobile_robot_control.quantities import LARGEST, period_nanoseconds
 from mobile_robot_control.reference.path_parameters import NO_FILE
-from mobile_robot_control.reference.waypoints import read_waypoints_once
+from mobile_robot_control.reference.waypoint_files import read_waypoints_once
 from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.files import PATH_FILE, load
 from mobile_robot_control.settings.nodes import NODES, PACE, Configuration, loop_of

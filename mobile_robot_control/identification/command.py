@@ -57,7 +57,7 @@ from mobile_robot_control.identification.result import (
 )
 from mobile_robot_control.parameters.declaration import Field, ParameterError, flatten
 from mobile_robot_control.settings.configure import ParameterSources
-from mobile_robot_control.system.files import write_atomically
+from mobile_robot_control.system.files import check_place, write_atomically
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.texts import printable
 
@@ -86,6 +86,9 @@ def _run(options: argparse.Namespace) -> int:
         return _check(request)
     if files.output is None:
         raise ParameterError(['--output is missing: name the parameter file to write, such as my_robot.yaml'])
+    output = Path(files.output)
+    for file in (output, *([Path(files.report) / 'identification.html'] if files.report else ())):
+        check_place(file)
     other = None if files.compare is None else ParameterSources(files.compare).configuration()
     with tqdm(desc='identify', disable=None, leave=False, bar_format='{desc}: {n} steps [{elapsed}]{postfix}') as bar:
         try:
@@ -95,8 +98,9 @@ def _run(options: argparse.Namespace) -> int:
             for reason in error.reasons:
                 print(f'identify: {printable(reason)}', file=sys.stderr)
             return 1
-    output, is_written = Path(files.output), files.accept or found.judgement.grade != UNUSABLE
+    is_written = files.accept or found.judgement.grade != UNUSABLE
     if is_written:
+        output.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(output, parameter_text(found))
         if files.export is not None:
             exported = output.with_suffix(f'.{files.export}{output.suffix}')

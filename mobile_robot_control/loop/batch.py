@@ -65,14 +65,16 @@ def reason_of(error: Exception) -> str:
     return f'{reason}, at {os.path.realpath(found[1])}, line {found[2]}' if found else reason
 
 
+WHY_PLAIN = "numba is not installed; install the extra 'fast'"  # where nothing compiles
 try:
     import numba
     import numpy as np
     from numba.extending import register_jitable
 
     from mobile_robot_control.loop.compile_cache import folder, kept
-except ImportError:
+except ImportError as missing:
     numba = None  # type: ignore[assignment,unused-ignore]
+    WHY_PLAIN = WHY_PLAIN if missing.name == 'numba' else f'the Python module {missing.name} is missing'
 
 COMPILES = numba is not None
 CHUNKS_A_WORKER = 4
@@ -121,8 +123,7 @@ def _register(*functions: Callable[..., Any]) -> None:
     for function in functions:
         if function not in _registered:
             _registered.add(function)
-            # forced inline: otherwise each step copies the loop's hundred constants over the stack, half as much time
-            # again
+            # forced inline: otherwise each step copies the loop's hundred constants over the stack, half the time again
             register_jitable(forceinline=function not in APART)(function)
 
 
@@ -292,7 +293,7 @@ def cores() -> int:
 
 @lru_cache(maxsize=1)
 def _warn_that_it_is_slow() -> None:
-    print("numba is not installed: rollouts take some hundred times longer; install the extra 'fast'", file=sys.stderr)
+    print(f'rollouts take some hundred times longer: {WHY_PLAIN}', file=sys.stderr)
 
 
 class TrialRunner(Protocol):

@@ -51,13 +51,13 @@ class BagFiles:
     ----------
     problems : list of str
         Read errors, in words.
-    topics : set of str
-        Names of those found so far; after the last message, of all.
+    topics : dict of str to str
+        Types of those found so far by their names; after the last message, of all.
     """
 
     def __init__(self, path: Path, progress: ProgressCallback) -> None:
         self.problems: list[str] = []
-        self.topics: set[str] = set()
+        self.topics: dict[str, str] = {}
         self._path, self._progress = (bag_folder(path) if path.is_dir() else None) or path, progress
 
     def messages(self, wanted: Callable[[str], bool]) -> Iterator[Message]:
@@ -118,7 +118,7 @@ class BagFiles:
         except Exception as error:  # a broken file can raise anything
             raise _unreadable(path, error) from error
         try:
-            self.topics.update(connection.topic for connection in reader.connections)
+            self.topics.update((connection.topic, connection.msgtype) for connection in reader.connections)
             connections = [connection for connection in reader.connections if wanted(connection.topic)]
             total = reader.message_count
             messages = reader.messages(connections=connections) if connections else ()

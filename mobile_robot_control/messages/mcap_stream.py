@@ -174,9 +174,9 @@ class McapStream:
                     else:
                         self._define(opcode, body)
 
-    def topics(self) -> list[str]:
-        """List the topics found so far in alphabetical order."""
-        return sorted({topic for topic, _ in self._channels.values()})
+    def topics(self) -> dict[str, str]:
+        """Return the types of the topics found so far by their names, in alphabetical order."""
+        return dict(sorted(self._channels.values()))
 
     def _define(self, opcode: int, body: memoryview) -> None:
         """Note a schema or a channel; a damaged one is reported."""

@@ -132,11 +132,12 @@ def read_odometry(message: Any, frame: str = '', child_frame: str = '') -> tuple
     """
     Return pose [m, rad] and body velocity [m/s, rad/s] of a nav_msgs/Odometry; components off the plane are ignored.
 
-    The pose must be in `frame` and the twist in `child_frame`; '' allows any. Raises RefusedMessageError if a number is
-    not finite or beyond LARGEST, the quaternion is not of unit length, or a frame is wrong.
+    The pose must be in `frame` and the twist in `child_frame` or a frame without a name; '' allows any. Raises
+    RefusedMessageError if a number is not finite or beyond LARGEST, the quaternion is not of unit length, or a frame is
+    wrong.
     """
     check_frame('frame_id', message.header.frame_id, frame)
-    check_frame('child_frame_id', message.child_frame_id, child_frame)
+    check_frame('child_frame_id', message.child_frame_id or child_frame, child_frame)
     return _motion('odometry', message.pose.pose.position, message.pose.pose.orientation, message.twist.twist)
 
 

@@ -13,8 +13,8 @@ class Robot(NamedTuple):
         float, Field('kg', 'mass of the entire vehicle, M: larger accelerates less for the same torque', above=0.0)
     ] = 10.0
     inertia: Annotated[
-        float, Field('kg m²', 'yaw inertia of the vehicle, I_A; M d² is added to it, as printed in Eq. (15): larger '
-                     'turns less readily', above=0.0)
+        float, Field('kg m²', 'yaw inertia of the vehicle about its centre of mass, in the chapter I_A: Eq. (15) adds '
+                     'M d² to it, for the axle; larger turns less readily', above=0.0)
     ] = 1.0
     wheel_radius: Annotated[
         float, Field('m', 'radius of the driving wheels, r: larger drives faster at the same wheel velocity, with less '

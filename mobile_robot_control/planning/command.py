@@ -12,8 +12,8 @@ Files written to DIR:
   plan.csv   `time` [s], `x`, `y` [m], `heading` [rad], `v` [m/s], `omega` [rad/s], and `limit`: the limit
              that is active from this row to the next
   plan.json  `duration` [s], `length` [m], `points`, `deviation`: the largest distance of a waypoint from the
-             path [m], `ignored`: headings that are not used, `limits`, `active`: the share of the duration in which
-             each limit is active, and `provenance`
+             path [m], `ignored`: headings, columns and times that are not used, `limits`, `active`: the share of the
+             duration in which each limit is active, and `provenance`
   plan.html  page with the path coloured by its active limit, speeds, and wheel speeds and torques
 """
 

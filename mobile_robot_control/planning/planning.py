@@ -1,7 +1,7 @@
 """The plan of a path: its fastest motion at every point, with the wheels' motion and the active limit."""
 
+from bisect import bisect_right
 from collections.abc import Mapping
-from itertools import pairwise
 from os import fspath
 from typing import Annotated, Any, NamedTuple
 
@@ -9,22 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_robot_control.control.compensation import inverse_dynamics
-from mobile_robot_control.elementary import dist
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.parameters.declaration import Field, flatten
 from mobile_robot_control.parameters.requests import Reader
 from mobile_robot_control.quantities import Reference
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.motion import Motion
-from mobile_robot_control.reference.polyline import Follower
 from mobile_robot_control.reference.stretches import Stretch, polyline, route_of
 from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
 from mobile_robot_control.settings.nodes import Configuration, course_of, path_of
 from mobile_robot_control.settings.provenance import call_text, provenance
 
 Floats = NDArray[np.float64]
-_FINE = 32
-"""Segments of a span, to measure how far waypoints are from a path."""
+_FINE, _BESIDE = 32, 16
+"""Segments of a span, and spans before and after a waypoint, to measure how far it is from a path."""
 
 
 class PlanRequest(NamedTuple):
@@ -65,7 +63,7 @@ class Plan(NamedTuple):
     deviation : float
         Largest distance of a waypoint from the path [m].
     ignored : tuple of str
-        Headings of waypoints that are not used, in words.
+        Headings, columns and times of waypoints that are not used, in words.
     limits : dict of str to float
         The parameters `timing`, by name.
     active : dict of str to float
@@ -103,9 +101,21 @@ def make_plan(request: PlanRequest, command_line: str) -> Plan:
 
 
 def _deviation(stretch: Stretch) -> float:
-    """Return the largest distance of a waypoint from a stretch [m]."""
-    follower, given = Follower(polyline(stretch.spans, _FINE), 0.0), stretch.request.waypoints.points
-    return max(follower.distance(point, dist(point, before)) for before, point in pairwise((given[0], *given)))
+    """Return the largest distance of a waypoint from a stretch, near the span that it belongs to [m]."""
+    path, numbers = stretch.request.path, [number for _, number in stretch.control]
+    lap = stretch.spans[:len(stretch.spans) // path.laps]
+    way = np.array(polyline(lap, _FINE))
+    starts, legs = way[:-1], np.diff(way, axis=0)
+    squares = (legs * legs).sum(axis=1)
+    found = 0.0
+    for n, point in enumerate(stretch.request.waypoints.points):
+        span = bisect_right(numbers, n) - 1
+        around = range((span - _BESIDE) * _FINE, (span + _BESIDE) * _FINE)
+        near = [at % len(legs) for at in around if path.closed or 0 <= at < len(legs)]
+        away, leg = np.array(point) - starts[near], legs[near]
+        along = np.clip((away * leg).sum(axis=1) / squares[near], 0.0, 1.0)
+        found = max(found, float(np.hypot(*(away - along[:, None] * leg).T).min()))
+    return found
 
 
 def plan_of(configuration: Configuration, command_line: str = '') -> Plan:

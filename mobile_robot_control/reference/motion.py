@@ -122,7 +122,7 @@ class Motion:
     parts : sequence of PlannedPath or Turn
         At least one.
     ignored : tuple of str
-        Headings that are not used, in words.
+        What of the waypoints is not used, such as headings, in words.
 
     Attributes
     ----------
@@ -253,4 +253,8 @@ def plan(request: PathRequest) -> Motion:
         raise ParameterError([f'{waypoints.places[0]}: the whole path is {length:.3g} m long, less than path.tolerance '
                               f'= {path.tolerance:g} m; are its coordinates metres?'])
     route = route_of(request)
-    return Motion(parts_of(route), route.ignored)
+    planned = Motion(parts_of(route), (*waypoints.ignored, *route.ignored))
+    if waypoints.duration:
+        planned.ignored += (f'{waypoints.places[0]}: the times of the waypoints span {waypoints.duration:.4g} s, and '
+                            f'are not used: the path is driven in {planned.period:.4g} s',)
+    return planned

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from mobile_robot_control.elementary import dist, hypot
 from mobile_robot_control.reference.path_shape import Floats, Point, spans_of
+from mobile_robot_control.reference.polyline import nearest
 
 Whole = NDArray[np.int64]
 DENSE = 0.2
@@ -44,6 +45,14 @@ _REACH, _BACK = 0.15, -0.5 * math.sqrt(3.0)
 """[m] before and after a point, whose directions differ by 150° and more where a path turns back."""
 _OVERLAP = 0.3
 """[m]: points may lead back by this much and on again, as where a planner appends a new plan to the old one."""
+_MOST_BACK = 1000
+"""Points before a point that an overlap may lead back to."""
+_BESIDE = 16
+"""Spans before and after a point in which the path passes it."""
+_FINE = 32
+"""Samples between two knots for the distance of a point that may be too far."""
+_ROUNDED = 1e-6
+"""[m]: of coordinates as of a map."""
 _GAUSS = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
 
 
@@ -53,6 +62,14 @@ class TurnsBackError(ValueError):
     def __init__(self, number: int) -> None:
         super().__init__(f'point {number}')
         self.number = number
+
+
+class MissedError(ValueError):
+    """A path misses a point by more than its tolerance; `number` is that of the point, `distance` its distance [m]."""
+
+    def __init__(self, number: int, distance: float) -> None:
+        super().__init__(f'point {number}')
+        self.number, self.distance = number, distance
 
 
 class _Polyline(NamedTuple):
@@ -109,19 +126,24 @@ def fitted(points: Sequence[Point], closed: bool, tolerance: float) -> list[tupl
     ------
     TurnsBackError
         If the path turns back.
+    MissedError
+        If it misses a point.
 
     """
     given = [*points, points[0]] if closed else list(points)
     for radius in (_GATHERED * tolerance, 0.5 * _GATHERED * tolerance, 0.0):
-        kept, tips = _cleaned(_gathered(given, radius))
+        kept, tips = _cleaned(_gathered(given, radius), tolerance)
         if tips:
             raise TurnsBackError(tips[0])
         if len(kept) == 2 and kept[0][0] == kept[1][0]:
             continue  # it begins and ends at one place, and stays near it
         found, line = _within(np.array([point for point, _ in kept]), closed, tolerance)
         numbers = np.array([number for _, number in kept])
-        if not radius or _is_near(given, numbers, found, line, closed, tolerance):
+        far = _far(given, numbers, found, line, closed, tolerance)
+        if not far:
             break
+    else:
+        _refuse_misses(given, far, found.tolist(), closed, tolerance)
     first = np.searchsorted(line.knots, np.arange(len(found)) + 1e-9, side='right') - 1
     return [((x, y), int(number)) for (x, y), number in zip(found.tolist(), numbers[first], strict=True)]
 
@@ -146,7 +168,7 @@ def _mean(values: Sequence[float]) -> float:
 def turning_points(points: Sequence[Point], tolerance: float) -> list[int]:
     """Return the numbers of the points at which a path turns back; overlaps do not count if it is fitted."""
     if tolerance > 0.0 and is_dense(points):
-        return _cleaned(_gathered(points, _GATHERED * tolerance))[1]
+        return _cleaned(_gathered(points, _GATHERED * tolerance), tolerance)[1]
     return [n for n in range(1, len(points) - 1) if _leads_back(points[n - 1], points[n], points[n + 1])]
 
 
@@ -155,15 +177,21 @@ def _leads_back(before: Point, at: Point, after: Point) -> bool:
     return dx * ex + dy * ey < _BACK * hypot(dx, dy) * hypot(ex, ey)
 
 
-def _cleaned(kept: list[tuple[Point, int]]) -> tuple[list[tuple[Point, int]], list[int]]:
-    """Return points without short stretches that lead back and on, and the numbers of those where they turn back."""
+def _cleaned(
+    kept: list[tuple[Point, int]], tolerance: float
+) -> tuple[list[tuple[Point, int]], list[int]]:
+    """
+    Return points without short stretches that lead back and on, and the numbers of those where they turn back.
+
+    What is left out lies within the tolerance of the rest [m].
+    """
     found, tips, last = list(kept), [], 0
     n = 1
     while n < len(found) - 1:
         at, before, after = found[n][0], _beside(found, n, -1, last), _beside(found, n, 1, len(found) - 1)
         if _leads_back(before, at, after):
             ahead = _ahead(found, n, (at[0] - before[0], at[1] - before[1]))
-            if ahead is None:
+            if ahead is None or not _overlaps(found, last, n, ahead, tolerance):
                 last = n
                 tips.append(found[n][1])
             else:
@@ -191,6 +219,14 @@ def _ahead(points: Sequence[tuple[Point, int]], n: int, direction: Point) -> int
         if away[0] * dx + away[1] * dy > 0.0:
             return number
     return None
+
+
+def _overlaps(points: Sequence[tuple[Point, int]], last: int, n: int, ahead: int, tolerance: float) -> bool:
+    """Return whether the points between two lie near to the path before the first of them, or to its way on."""
+    back = [point for point, _ in points[max(last, n - _MOST_BACK):n + 1]][::-1]
+    on = [points[n][0], points[ahead][0]]
+    return all(min(nearest(way, point, _OVERLAP)[1] for way in (back, on)) <= tolerance
+               for point, _ in points[n + 1:ahead])
 
 
 def _within(points: Floats, closed: bool, tolerance: float) -> tuple[Floats, _Polyline]:
@@ -332,18 +368,32 @@ class _Bands:
         return np.array(found[:2:-1])
 
 
-def _is_near(
+def _far(
     points: Sequence[Point], numbers: Whole, control: Floats, line: _Polyline, closed: bool, tolerance: float
-) -> bool:
-    """Return whether all given points are within the tolerance of a path that was fitted to means of them."""
+) -> list[tuple[int, int]]:
+    """Return the numbers of the points that may be farther than the tolerance from a path, and of spans near them."""
     path = np.array([span.at(part / _CHECKED)[:2] for span in spans_of(control.tolist(), closed)
                      for part in range(_CHECKED)])
     # near the mean that stands for the point
     mean = np.searchsorted(numbers, np.arange(len(points)), side='right') - 1
     middle = np.round(line.knots[mean] * _CHECKED).astype(int)
-    nearest = np.full(len(points), np.inf)
+    beside = np.full(len(points), np.inf)
     given = np.array(points)
     for step in range(-2 * _CHECKED, 2 * _CHECKED + 1):
         at = (middle + step) % len(path) if closed else np.clip(middle + step, 0, len(path) - 1)
-        nearest = np.minimum(nearest, _lengths(path[at] - given))
-    return bool((nearest <= tolerance).all())
+        beside = np.minimum(beside, _lengths(path[at] - given))
+    return [(n, int(middle[n]) // _CHECKED) for n in np.flatnonzero(~(beside <= tolerance)).tolist()]
+
+
+def _refuse_misses(
+    points: Sequence[Point], far: Sequence[tuple[int, int]], control: Sequence[Point], closed: bool, tolerance: float
+) -> None:
+    """Raise MissedError if one of some points, each near a span of a path, is farther than the tolerance from it."""
+    spans = spans_of(control, closed)
+    for number, span in far:
+        near = [spans[n % len(spans)] for n in range(span - _BESIDE, span + _BESIDE)
+                if closed or 0 <= n < len(spans)]
+        way = [one.at(part / _FINE)[:2] for one in near for part in range(_FINE + 1)]
+        distance = nearest(way, points[number], math.inf)[1]
+        if distance > tolerance + _ROUNDED:
+            raise MissedError(number, distance)

@@ -1,14 +1,15 @@
 """The stretches of a path, forwards or backwards, between the points where it turns back or on the spot."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.elementary import atan2, dist
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.reference.path_fit import TurnsBackError, fitted, is_dense, turning_points
+from mobile_robot_control.reference.path_fit import MissedError, TurnsBackError, fitted, is_dense, turning_points
 from mobile_robot_control.reference.path_parameters import REFUSE, REVERSE, PathRequest
 from mobile_robot_control.reference.path_shape import Point, Span, control_points, spans_of
 from mobile_robot_control.reference.polyline import Follower
@@ -109,21 +110,22 @@ def route_of(request: PathRequest, facing: float | None = None, *, drives: bool 
     """
     path, goal = request.path, _goal(request) if request.path.goal_heading else None
     if path.turn_back == REFUSE:
-        _refuse_turns(request.waypoints, path.goal_heading)
-        return Route([_stretch(request)], goal)
+        _refuse_turns(request)
+        return Route([_whole(request)], goal)
     if path.closed:
         if not _splits(_opened(request, 1)):
-            return Route([_stretch(request)], goal)
+            with suppress(TurnsBackError):
+                return Route([_stretch(request)], goal)
         request = _opened(request, path.laps)
     waypoints, ignored = request.waypoints, list[str]()
-    ends = [*pairwise([0, *_splits(request), len(waypoints.points) - 1])]
-    stretches = [
-        _stretch(request._replace(waypoints=waypoints.part(*two), path=path._replace(closed=False, laps=1)))
-        ._replace(turn=waypoints.turns[two[0]] if waypoints.turns else 0.0) for two in ends]
+    between = [0, *_splits(request), len(waypoints.points) - 1]
+    found = [one for ends in pairwise(between) for one in _divided(request, *ends)]
+    stretches = [stretch._replace(turn=waypoints.turns[first] if waypoints.turns else 0.0)
+                 for first, _, stretch in found]
     if path.turn_back == REVERSE:
         unused = _equal_headings_unused(waypoints, stretches, facing, drives)
-        stretches = [stretch._replace(backward=_is_backward(request, stretch, two, unused, ignored))
-                     for stretch, two in zip(stretches, ends, strict=True)]
+        stretches = [stretch._replace(backward=_is_backward(request, stretch, (first, last), unused, ignored))
+                     for (first, last, _), stretch in zip(found, stretches, strict=True)]
     if goal is None and waypoints.turns and waypoints.turns[-1]:
         arrival = waypoints.headings[-1]
         if arrival is not None and abs(wrap_angle(arrival - stretches[-1].headings[1])) <= _ALONG:
@@ -133,9 +135,43 @@ def route_of(request: PathRequest, facing: float | None = None, *, drives: bool 
     return Route(stretches, goal, tuple(ignored))
 
 
-def _refuse_turns(waypoints: Waypoints, goal_heading: bool) -> None:
-    """Raise ParameterError if waypoints turn on the spot, but at the goal if its heading counts."""
-    for number, turn in enumerate(waypoints.turns[:-1] if goal_heading else waypoints.turns):
+def _divided(request: PathRequest, first: int, last: int) -> Iterator[tuple[int, int, Stretch]]:
+    """Yield the stretches between two waypoints, which turn back nowhere, each with its ends."""
+    part = request._replace(waypoints=request.waypoints.part(first, last),
+                            path=request.path._replace(closed=False, laps=1))
+    try:
+        yield first, last, _stretch(part)
+    except TurnsBackError as error:
+        if not 0 < error.number < last - first:
+            raise ParameterError([_turns_back(part.waypoints, error.number, 'leave out what leads back')]) from None
+        yield from _divided(request, first, first + error.number)
+        yield from _divided(request, first + error.number, last)
+
+
+def _turns_back(waypoints: Waypoints, number: int, remedy: str) -> str:
+    x, y = waypoints.points[number]
+    return f'{waypoints.places[number]}: the path turns back at ({x:.3g}, {y:.3g}); {remedy}'
+
+
+_OR_TURN = 'set path.turn_back to turn or reverse, or leave out what leads back'
+
+
+def _whole(request: PathRequest) -> Stretch:
+    """Return a path that is one stretch; raise ParameterError if it turns back."""
+    try:
+        return _stretch(request)
+    except TurnsBackError as error:
+        raise ParameterError([_turns_back(request.waypoints, error.number, _OR_TURN)]) from None
+
+
+def _refuse_turns(request: PathRequest) -> None:
+    """Raise ParameterError if waypoints turn back, or on the spot but at the goal if its heading counts."""
+    waypoints, points = request.waypoints, points_of(request)
+    if not is_fitted(request):
+        around = [points[-1], *points, points[0]] if request.path.closed else points
+        for number in turning_points(around, 0.0):
+            raise ParameterError([_turns_back(waypoints, number - request.path.closed, _OR_TURN)])
+    for number, turn in enumerate(waypoints.turns[:-1] if request.path.goal_heading else waypoints.turns):
         if turn:
             x, y = waypoints.points[number]
             raise ParameterError([f'{waypoints.places[number]}: ({x:g}, {y:g}) turns on the spot; set path.turn_back = '
@@ -188,17 +224,19 @@ def _control_of(request: PathRequest) -> list[tuple[Point, int]]:
     """
     Return the control points of a path, each with the number of the waypoint whose speed limit holds from it on.
 
-    Dense waypoints are fitted. Raises ParameterError if these turn back.
+    Dense waypoints are fitted. Raises TurnsBackError if these turn back, ParameterError if the path misses one.
     """
     waypoints, path, points = request.waypoints, request.path, points_of(request)
     if not is_fitted(request):
         return control_points(points, path.closed, path.rounding)
     try:
         found = fitted(points, path.closed, path.tolerance)
-    except TurnsBackError as error:
-        x, y = points[error.number]
-        raise ParameterError([f'{waypoints.places[error.number]}: the path turns back at ({x:.3g}, {y:.3g}); set '
-                              'path.turn_back to turn or reverse, or leave out what leads back']) from None
+    except MissedError as error:
+        number = error.number % len(points)
+        x, y = points[number]
+        raise ParameterError([f'{waypoints.places[number]}: the path would pass ({x:.3g}, {y:.3g}) at a distance of '
+                              f'{error.distance:.3g} m, and path.tolerance = {path.tolerance:g} m; raise that, or move '
+                              'the waypoints apart']) from None
     ends = [number for _, number in found[1:]] + [len(points) - 1]
     return [(point, min(range(first, end + 1), key=waypoints.speeds.__getitem__))
             for (point, first), end in zip(found, ends, strict=True)]

@@ -3,7 +3,7 @@
 import re
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence, Set
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -34,15 +34,15 @@ NAMES = (*LOOP_TOPICS, GROUND_TRUTH)
 """Topics sought in a bag."""
 
 
-def held_topics(path: Path) -> set[str]:
-    """Return the absolute names of all topics of a bag; raise BagError if it is no bag."""
+def held_topics(path: Path) -> dict[str, str]:
+    """Return the types of all topics of a bag by their absolute names; raise BagError if it is no bag."""
     bag = BagFiles(path, lambda *_: None)
     for _ in bag.messages(lambda _: False):
         pass
     return bag.topics
 
 
-def choose_topics(namespace: str, topics: Mapping[str, str], held: Set[str]) -> tuple[dict[str, str], list[str]]:
+def choose_topics(namespace: str, topics: Mapping[str, str], held: Collection[str]) -> tuple[dict[str, str], list[str]]:
     """
     Choose the topics of a bag.
 
@@ -75,18 +75,21 @@ def choose_topics(namespace: str, topics: Mapping[str, str], held: Set[str]) -> 
     return usual | renamed, problems
 
 
-def missing_topics(names: Mapping[str, str], silent: Collection[str], held: Set[str]) -> Iterator[str]:
+def missing_topics(names: Mapping[str, str], silent: Collection[str], held: Mapping[str, str]) -> Iterator[str]:
     """Yield remedies for a bag without odometry or reference under the names sought."""
     loop = [topic for topic, name in names.items() if name != GROUND_TRUTH]
     if not any(topic in held for topic in loop):
         yield (f'none of the topics {", ".join(loop)}; the bag holds {_listed(held)}: name the robot with --namespace, '
                'or its topics with --topic odom:=/NAME')
     elif lacking := [name for name in ('odom', 'reference') if name in silent]:
-        yield (f'the bag holds {_listed(held)}: where one of them is '
-               f'{" or ".join(lacking)}, add --topic {lacking[0]}:=/NAME')
+        kind = _KINDS[lacking[0]][0]
+        free = [topic for topic, its in held.items() if its in (kind, '') and names.get(topic, '') in ('', *silent)]
+        yield (f'the bag holds {_listed(free)} of type {kind}: where one of them is {" or ".join(lacking)}, add '
+               f'--topic {lacking[0]}:=/NAME' if free else
+               f'the bag holds no other topic of type {kind}: record {" and ".join(lacking)} as such')
 
 
-def _listed(held: Set[str]) -> str:
+def _listed(held: Collection[str]) -> str:
     return shortened(', '.join(sorted(map(str, held)))) or 'nothing'
 
 
@@ -223,8 +226,11 @@ class _Reading:
         """Return the collected run, and the unusable messages, in words."""
         last = self._messages.last_run()
         signals = last.signals
-        if self._without_stamp:
-            signals['cmd_vel'] = stamped_by_receipt(signals['cmd_vel'], signals['odom'])
+        received = {*last.unstamped, *(['cmd_vel'] if self._without_stamp else [])}
+        clock = next((one for name, one in signals.items() if name not in received and one.received.size), None)
+        for name in received:
+            signals[name] = stamped_by_receipt(
+                signals[name], clock if clock and 'odom' in received else signals['odom'])
         if GROUND_TRUTH in self._in_other_frames():
             signals[GROUND_TRUTH] = empty_signal(GROUND_TRUTH)
         return Series(signals), [*self._problems(last)]
@@ -237,6 +243,8 @@ class _Reading:
             yield (f'{count} messages on {name} carry the stamp of the one before and other values, as of a second '
                    f'publisher; the first of each stamp is taken: record one robot alone, or name its topic with '
                    f'--topic {name}:=/NAME')
+        for name in last.unstamped:
+            yield f'all stamps of {name} are 0: its messages have the times of their receipt'
         if last.disordered:
             yield f'{last.disordered} messages came after a later stamp of their topic'
         if last.earlier_runs:
@@ -266,15 +274,15 @@ class Contents(NamedTuple):
         Read errors and unusable messages, in words.
     names : dict of str to str
         The loop's name of each topic by the name sought.
-    held : set of str
-        All topics of the bag.
+    held : dict of str to str
+        The types of all topics of the bag, by their names.
     """
 
     series: Series
     changes: tuple[Change, ...]
     problems: list[str]
     names: dict[str, str]
-    held: set[str]
+    held: dict[str, str]
 
 
 def read_contents(

@@ -10,6 +10,7 @@ import numpy as np
 
 from mobile_robot_control.loop.closed_loop import PositionTick, Sample
 from mobile_robot_control.quantities import (
+    NANOSECONDS,
     BodyVelocity,
     Pose,
     Reference,
@@ -41,6 +42,8 @@ class LastRun(NamedTuple):
         Messages that came after a later stamp of their topic; they are sorted.
     contradicting : dict of str to int
         By topic, messages with the stamp of the one before them and other values; they are left out.
+    unstamped : tuple of str
+        Topics whose stamps are all 0; they have the times of receipt instead.
 
     """
 
@@ -48,6 +51,7 @@ class LastRun(NamedTuple):
     earlier_runs: int
     disordered: int
     contradicting: Mapping[str, int] = MappingProxyType({})
+    unstamped: tuple[str, ...] = ()
 
 
 class Messages:
@@ -56,6 +60,7 @@ class Messages:
     def __init__(self) -> None:
         self._columns = {topic: (array('q'), array('q'), array('d')) for topic in COLUMNS}
         self._contradicting: Counter[str] = Counter()
+        self._without_stamps: dict[str, list[tuple[int, array[float]]]] = {topic: [] for topic in COLUMNS}
 
     def add(self, topic: str, stamp: int, values: Iterable[float], received: int | None = None) -> None:
         """
@@ -73,6 +78,12 @@ class Messages:
             Wall time [ns].
         """
         stamps, times, numbers = self._columns[topic]
+        if topic in self._without_stamps:
+            if stamp:
+                del self._without_stamps[topic]
+            elif received is not None:
+                values = array('d', values)
+                self._without_stamps[topic].append((received, values))
         if not stamps or stamp != stamps[-1]:
             stamps.append(stamp)
             numbers.extend(values)
@@ -84,11 +95,25 @@ class Messages:
 
     def last_run(self) -> LastRun:
         """Return the last run among the messages; no message can be added afterwards."""
+        unstamped = self._received_only()
         # without a copy: an hour has some hundred megabytes
         found = last_run({topic: Signal(np.frombuffer(stamps, np.int64), np.frombuffer(times, np.int64),
                                         np.frombuffer(numbers).reshape(-1, len(COLUMNS[topic])))
                           for topic, (stamps, times, numbers) in self._columns.items()})
-        return found._replace(contradicting=self._contradicting)
+        return found._replace(contradicting=self._contradicting, unstamped=unstamped)
+
+    def _received_only(self) -> tuple[str, ...]:
+        """Stamp the messages of topics whose stamps are all 0 by their receipt; return these topics."""
+        # in lockstep a message of stamp 0 is repeated as it is, and other topics do not go on
+        others_go_on = any(stamps[-1] > stamps[0] + NANOSECONDS // 2 for stamps, *_ in self._columns.values() if stamps)
+        found = tuple(topic for topic, messages in self._without_stamps.items()
+                      if len(messages) > 1 and (others_go_on or self._contradicting[topic]))
+        for topic in found:
+            del self._contradicting[topic]
+            self._columns[topic] = array('q'), array('q'), array('d')
+            for received, values in self._without_stamps[topic]:
+                self.add(topic, received, values, received)
+        return found
 
 
 class _Part(NamedTuple):

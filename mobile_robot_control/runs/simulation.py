@@ -36,7 +36,7 @@ from mobile_robot_control.runs.rollout import measure, rollout
 from mobile_robot_control.runs.words import run_sentence
 from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
 from mobile_robot_control.settings.files import save_configuration
-from mobile_robot_control.settings.nodes import Configuration, has_exact_odometry
+from mobile_robot_control.settings.nodes import Configuration, has_exact_odometry, known_course
 from mobile_robot_control.settings.provenance import call_text, provenance
 from mobile_robot_control.system.files import naming_errors, writable_file, write_atomically
 from mobile_robot_control.system.process import Interrupt
@@ -263,6 +263,8 @@ def parser() -> argparse.ArgumentParser:
 def _run(options: argparse.Namespace) -> int:
     files, output = request_of(SimulationFiles, options), request_of(_Output, options)
     found, parameters = simulate_into_files(request_of(SimulationRequest, options), files, options.command_line)
+    for words in getattr(known_course(parameters.reference_cart), 'ignored', ()):
+        print(printable(words), file=sys.stderr)
     print(json.dumps(found.metrics) if output.json else f'{run_sentence(found.metrics, parameters)}.')
     if files.output is not None and not output.json:
         print(f'table, parameters and metrics: {printable(str(Path(files.output).resolve()))} and beside it')

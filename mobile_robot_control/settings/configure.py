@@ -218,17 +218,21 @@ class ParameterSources(NamedTuple):
         """
         Read the values by node; raise ParameterError if a source cannot be read.
 
-        For a cart on a path, the placement of the curve in the robot's file is left out.
+        For a cart on a path, the placement of a curve in earlier sources, as in the file of a search, is left out.
         """
-        given = load(self.files, self.overrides, namespace)
-        if self.robot is None:
-            return given
-        values = load([robot_file(self.robot), *self.files], self.overrides, namespace)
+        files = [*(() if self.robot is None else [robot_file(self.robot)]), *self.files]
+        values = load(files, self.overrides, namespace)
         cart = values['reference_cart']
-        if cart.get('curve') == PATH:
-            for name in Placement._fields:
-                if name not in given['reference_cart']:
-                    cart.pop(name, None)
+        if cart.get('curve') != PATH:
+            return values
+        # from the last source on that names the path
+        for first in range(len(files), -1, -1):
+            with contextlib.suppress(ParameterError):
+                kept = load(files[first:], self.overrides, namespace)['reference_cart']
+                if kept.get('curve') == PATH:
+                    values['reference_cart'] = {name: value for name, value in cart.items()
+                                                if name in kept or name not in Placement._fields}
+                    break
         return values
 
     def configuration(self, namespace: str = '/') -> Configuration:

@@ -10,7 +10,8 @@ from mobile_robot_control.parameters.declaration import ParameterError, flatten,
 from mobile_robot_control.parameters.rcl_yaml import dump_yaml, parse_yaml
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.path_parameters import NO_FILE
-from mobile_robot_control.reference.waypoints import WAYPOINTS, YAML_SUFFIXES, table_of
+from mobile_robot_control.reference.waypoint_files import WAYPOINTS, YAML_SUFFIXES
+from mobile_robot_control.reference.waypoints import table_of
 from mobile_robot_control.settings.nodes import NODES, Configuration, parameter_names
 from mobile_robot_control.settings.recorded_path import is_bag, waypoints_in
 from mobile_robot_control.system.files import PARAMETER_FILE, read_bounded, write_atomically

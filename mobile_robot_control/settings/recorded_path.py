@@ -9,7 +9,8 @@ from mobile_robot_control.messages.parsing import RefusedMessageError, read_odom
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.path_parameters import NO_FILE, PathParameters
-from mobile_robot_control.reference.waypoints import Waypoints, checked_waypoints, read_waypoints_once
+from mobile_robot_control.reference.waypoint_files import read_waypoints_once
+from mobile_robot_control.reference.waypoints import Waypoints, checked_waypoints
 
 _PATH, _ODOMETRY = 'nav_msgs/msg/Path', 'nav_msgs/msg/Odometry'
 _ENDINGS = ('.mcap', '.db3', '.zstd')

@@ -12,7 +12,7 @@ from mobile_robot_control.parameters.declaration import Field, ParameterError, n
 from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.quantities import LARGEST
 from mobile_robot_control.reference.curves import CURVES, PATH
-from mobile_robot_control.reference.waypoints import WAYPOINTS
+from mobile_robot_control.reference.waypoint_files import WAYPOINTS
 from mobile_robot_control.settings.configure import ParameterSources, shipped_folder
 from mobile_robot_control.settings.files import PATH_FILE, TRACK, read_parameter_file
 from mobile_robot_control.system.files import read_bounded
@@ -135,6 +135,9 @@ def read_track(given: str) -> Track:
         parameters = make_request(TrackParameters, sections[TRACK])
     except ParameterError as error:
         raise ParameterError(f'{file}: {TRACK}: {violation}' for violation in error.violations) from None
+    for name in ('curves', 'scales'):
+        if not getattr(parameters, name):
+            raise ParameterError([f'{file}: {TRACK}: {name} = [] draws from nothing; name one or more'])
     if any(values.get('curve') == PATH for values in sections.values()):
         parameters = parameters._replace(curves=(PATH,), scales=parameters.scales[:1])
     source, published = _published(file, sections.get(_PUBLISHED, {}))

@@ -49,7 +49,7 @@ from mobile_robot_control.studying.engine import (
 )
 from mobile_robot_control.studying.failures import scenario_text
 from mobile_robot_control.studying.study import driven, study_of, write_study
-from mobile_robot_control.system.files import writable_file
+from mobile_robot_control.system.files import alone_in, check_place
 from mobile_robot_control.system.process import Interrupt
 from mobile_robot_control.system.progress import StagedBar
 from mobile_robot_control.system.texts import answer_lines, printable
@@ -75,16 +75,16 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
     if (folder / 'study.json').exists() and not files.overwrite:
         raise ParameterError([f'{folder}: holds a study already; name another folder, or add --overwrite'])
     total = request.runs * len(controllers)
-    with Interrupt() as interrupt:
-        folder.mkdir(parents=True, exist_ok=True)
-        # check that the folder is writable before anything long begins
-        writable_file(str(folder / 'runs.csv'))
+    # before anything long begins
+    check_place(folder / 'runs.csv')
+    folder.mkdir(parents=True, exist_ok=True)
+    with alone_in(folder), Interrupt() as interrupt:
         with runner(request.where) as run, StagedBar(total, 'run', 'driving') as bar:
             results = run_study(request, controllers, run, bar.update, lambda: interrupt.requested)
-    if not results:
-        print('study: interrupted before the first runs were done', file=sys.stderr)
-        return 1
-    write_study(study_of(request, results, command_line, interrupt.requested), folder, files.all_runs)
+        if not results:
+            print('study: interrupted before the first runs were done', file=sys.stderr)
+            return 1
+        write_study(study_of(request, results, command_line, interrupt.requested), folder, files.all_runs)
     print(*answer_lines(study_answer(request, results), study_lines(request, results), str(folder / 'study.html')),
           sep='\n')
     if interrupt.requested:

@@ -42,7 +42,7 @@ from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.studying.comparison import COMPARED, answer_text, best_of, comparison_texts, comparison_values
 from mobile_robot_control.studying.failures import failure_texts, failure_values
-from mobile_robot_control.studying.maps import on_a_map
+from mobile_robot_control.studying.maps import check_map, on_a_map
 from mobile_robot_control.system.texts import as_lines, printable
 
 _TRIES = 100
@@ -266,8 +266,12 @@ def studied_controllers(request: StudyRequest) -> dict[str, Configuration]:
     if not named:
         parameters = request.nominal.configuration()
         named[parameters.position_controller.control.controller_type] = parameters
+    if request.map:
+        check_map(request.map, request.runs)
     for parameters in named.values():
         check_laps(request.laps, parameters)
+        # the corners of a map, and the file of uncertain robots
+        drawn_scenarios(request._replace(runs=4), parameters)
     return named
 
 

@@ -143,6 +143,40 @@ def is_disk_full(error: OSError) -> bool:
     return error.errno in (errno.ENOSPC, errno.EDQUOT)
 
 
+def check_place(file: Path) -> None:
+    """Raise OSError if a file cannot be written, or its folder cannot be made; leave nothing there."""
+    check_regular(file)
+    folder = next(one for one in file.absolute().parents if os.path.lexists(one))
+    if not folder.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(folder))
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Keep other processes of this package from writing into a folder; raise OSError if one does already."""
+    try:
+        import fcntl  # noqa: PLC0415 (not on every platform: there nothing is kept)
+    except ImportError:
+        yield
+        return
+    opened = os.open(folder, os.O_RDONLY)
+    try:
+        # of the folder itself: it leaves no file, and ends with the process
+        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        os.close(opened)
+        if error.errno not in (errno.EWOULDBLOCK, errno.EACCES):
+            yield  # a file system without locks
+            return
+        raise OSError(errno.EBUSY, 'another process writes into it; wait until it has ended', str(folder)) from None
+    try:
+        yield
+    finally:
+        os.close(opened)
+
+
 def writable_file(path: str) -> Path:
     """Return a file's path after an early check that it can be written; raise OSError if it cannot."""
     file = Path(path)

@@ -127,9 +127,11 @@ def test_a_pool_keeps_the_order(workers):
         pool.close()
 
 
-def test_without_numba_trials_run_with_one_warning():
+@pytest.mark.parametrize(('module', 'reason'), [
+    ('numba', 'numba is not installed'), ('fcntl', 'the Python module fcntl is missing')])
+def test_without_compilation_trials_run_with_one_warning_of_the_true_reason(module, reason):
     code = (
-        'import sys; sys.modules["numba"] = None\n'
+        f'import sys; sys.modules["{module}"] = None\n'
         'from mobile_robot_control.settings.configure import configure\n'
         'from mobile_robot_control.loop import batch\n'
         'from mobile_robot_control.loop.trial import make_trial\n'
@@ -140,4 +142,5 @@ def test_without_numba_trials_run_with_one_warning():
     )
     done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, timeout=120, check=True)
     assert done.stdout == 'True\n'
-    assert done.stderr.count('numba is not installed') == 1
+    assert done.stderr.count(reason) == 1
+    assert ('numba is not installed' in done.stderr) == (module == 'numba')

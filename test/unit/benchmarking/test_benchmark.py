@@ -356,10 +356,14 @@ def test_processes_end_with_a_parent_that_is_killed(track, tmp_path):
     (['--tracks', 'none.yaml'], "none.yaml: has no section 'track'"),
     (['--tracks', 'within.yaml'], 'purpose is missing'),
     (['--tracks', 'wihtin.yaml'], "did you mean 'within'?"),
+    (['--tracks', 'curves.yaml'], 'track: curves = [] draws from nothing; name one or more'),
+    (['--tracks', 'scales.yaml'], 'track: scales = [] draws from nothing; name one or more'),
 ])
 def test_what_cannot_be_compared_is_refused_by_name(track, tmp_path, capsys, monkeypatch, arguments, told):
     monkeypatch.chdir(tmp_path)
     for name, text in (('none', ''), ('within', 'track: {ros__parameters: {within: 1.0}}\n'),
+                       *((name, f'track: {{ros__parameters: {{purpose: x, {name}: []}}}}\n')
+                         for name in ('curves', 'scales')),
                        ('wihtin', 'track: {ros__parameters: {purpose: x, wihtin: 1.0}}\n')):
         (tmp_path / f'{name}.yaml').write_text(f'{text}/**: {{ros__parameters: {{velocity_rate: 100.0}}}}')
     with pytest.raises(SystemExit) if '--laws' in arguments else contextlib.nullcontext():

@@ -115,6 +115,18 @@ def test_an_angle_of_any_size_has_a_sine_and_a_cosine_and_one_that_is_not_finite
     assert all(map(math.isnan, (*elementary.sin_cos(math.inf), *elementary.sin_cos(math.nan))))
 
 
+def test_far_angles_and_the_zeros_of_lgamma_have_an_absolute_error():
+    draw = Random(2)  # noqa: S311 (no secret)
+    with mpmath.workprec(400):
+        for _ in range(500):
+            angle = 10.0 ** draw.uniform(5.0, 15.0)
+            error = abs(float(mpmath.sin(mpmath.mpf(angle)) - elementary.sin(angle)))
+            assert error <= (1.2e-16 if angle <= 1e6 else 2e-16 * angle), angle
+            near = draw.choice((1.0, 2.0)) + draw.choice((-0.1, 0.1)) * 10.0 ** draw.uniform(-12.0, 0.0)
+            assert abs(float(mpmath.loggamma(mpmath.mpf(near)) - elementary.lgamma(near))) <= 1e-17, near
+    assert (elementary.sin(2e15), elementary.cos(2e15)) == (0.0, 1.0)
+
+
 def test_compiled_they_have_the_same_bits():
     pytest.importorskip('numba')
     np = pytest.importorskip('numpy')

@@ -231,6 +231,15 @@ def test_a_gap_of_any_length_leaves_what_lies_before_and_after_it(bag, tmp_path,
     assert '2 parts are taken, each as a recording of its own' in text
 
 
+def test_a_place_that_cannot_be_written_is_refused_before_the_bags_are_read(tmp_path, capsys):
+    (tmp_path / 'file').write_text('')
+    for options in (['--output', f'{tmp_path}/file/deeper.yaml'],
+                    ['--output', f'{tmp_path}/robot.yaml', '--report', f'{tmp_path}/file']):
+        assert main([str(tmp_path / 'nosuch'), *options]) == 2
+        assert f'{tmp_path}/file' in capsys.readouterr().err
+    assert [file.name for file in tmp_path.iterdir()] == ['file']
+
+
 def test_the_folder_of_an_experiment_is_taken_for_its_bag(bag, tmp_path, capsys):
     shutil.copytree(bag, tmp_path / 'run' / 'bag')
     (tmp_path / 'run' / 'parameters.yaml').write_text('')

@@ -81,7 +81,7 @@ def test_odometry_with_an_invalid_quaternion_is_refused(q, reason):
 
 @pytest.mark.parametrize(('frames', 'reason'), [
     (('map', 'base_link'), 'frame_id is not odom'), (('', 'base_link'), 'frame_id is not odom'),
-    (('odom', 'camera'), 'child_frame_id is not base_link'), (('odom', ''), 'child_frame_id is not base_link'),
+    (('odom', 'camera'), 'child_frame_id is not base_link'),
 ])
 def test_odometry_in_another_frame_is_refused(frames, reason):
     assert parsing.read_odometry(odometry(frames=frames))
@@ -91,7 +91,8 @@ def test_odometry_in_another_frame_is_refused(frames, reason):
     assert next(frame for frame in frames if frame not in ('odom', 'base_link')) in refused.value.detail
 
 
-def test_a_command_without_a_frame_is_accepted():
+def test_a_command_and_odometry_without_the_frame_of_the_robot_are_accepted():
+    assert parsing.read_odometry(odometry(frames=('odom', '')), 'odom', 'base_link')
     assert parsing.read_twist(twist(frame=''), 'base_link') == (0.5, -0.2)
     assert parsing.read_twist(twist(frame='map')) == (0.5, -0.2)
     with pytest.raises(RefusedMessageError, match='frame_id is not base_link'):

@@ -180,7 +180,7 @@ def test_a_closed_path_may_repeat_its_first_waypoint():
 
 
 def test_a_path_that_turns_back_and_torques_below_the_friction_are_refused():
-    with pytest.raises(ParameterError, match=r'p\.csv:2: the path turns back near this waypoint, a cusp'):
+    with pytest.raises(ParameterError, match=r'p\.csv:2: the path turns back at \(1, 0\); set path\.turn_back'):
         plan(request([(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)]))
     weak = request(RECTANGLE, timing=TIMING._replace(max_wheel_torque=0.03))
     with pytest.raises(ParameterError, match='no motion from here keeps the limits of timing'):

@@ -233,6 +233,26 @@ def test_a_second_publisher_with_the_same_stamps_is_told_of_and_a_repetition_is_
     assert not bag.read_bag(repeated).problems
 
 
+@pytest.mark.parametrize('silent', [('cmd_vel',), ('odom',), ('odom', 'cmd_vel', 'reference')])
+def test_topics_whose_stamps_are_all_0_have_the_times_of_their_receipt(tmp_path, samples, silent):
+    with BagWriter(tmp_path / 'bag') as writer:
+        for sample in samples:
+            for topic, stamp, message in messages_of(sample):
+                # the stamp follows four bytes of encapsulation
+                given = message[:4] + bytes(8) + message[12:] if topic in silent else message
+                writer.write(f'/{topic}', LOOP_TOPICS[topic].kind, WALL + stamp, given)
+    recording = bag.read_bag(tmp_path / 'bag')
+    assert [*recording.problems] == [f'all stamps of {topic} are 0: its messages have the times of their receipt'
+                                     for topic in ('odom', 'reference', 'cmd_vel') if topic in silent]
+    # here receipt and stamp differ by a constant, and the ends have no neighbours to interpolate between
+    for topic in silent:
+        found = recording.series.signals[topic].stamps
+        assert set(found.tolist()) <= {round(1e7) * n for n in range(101)}
+        assert found.size >= 99
+    one, = read_recorded(tmp_path / 'bag')
+    assert not one.unusable
+
+
 def test_a_missing_topic_and_a_late_start_are_reported(tmp_path, samples):
     with BagWriter(tmp_path / 'bag') as writer:
         for sample in samples[100:]:

@@ -16,7 +16,7 @@ from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.report import report_writing
 from mobile_robot_control.report import reports as report
 from mobile_robot_control.report.report_writing import timing_table
-from mobile_robot_control.runs.bag import choose_topics, read_bag
+from mobile_robot_control.runs.bag import choose_topics, missing_topics, read_bag
 from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.runs.errors import with_errors
 from mobile_robot_control.runs.reading import read_run
@@ -24,6 +24,7 @@ from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.runs.samples import collect, samples_of
+from mobile_robot_control.topics import LOOP_TOPICS
 
 MS = 1_000_000
 PARAMETERS = configuration(position_controller={'controller_type': 'fuzzy'})
@@ -123,7 +124,7 @@ def test_bags_of_both_kinds_and_without_a_reference_stand_side_by_side(samples, 
     assert '★' in rows['position error, RMS']
     assert 'peak torque against the least' not in rows
     assert 'there is no reference, and so no tracking error and no metrics' in page
-    assert 'the bag holds /base/cmd_vel, /base/odom: where one of them is reference, add' in ' '.join(
+    assert 'the bag holds no other topic of type nav_msgs/msg/Odometry: record reference as such' in ' '.join(
         metrics['lost']['problems'])
 
 
@@ -188,6 +189,16 @@ def test_a_name_that_the_bag_lacks_is_answered_with_what_it_holds(samples, tmp_p
     recording = read_bag(base(tmp_path / 'none', samples[:100], reference=False))
     assert any('the bag holds /base/cmd_vel, /base/odom: name the robot with --namespace, or its topics with --topic'
                in problem for problem in recording.problems)
+
+
+def test_only_topics_that_can_be_a_reference_are_offered_as_one():
+    names = {f'/{name}': name for name in ('odom', 'cmd_vel', 'reference')}
+    odometry, twist = LOOP_TOPICS['odom'].kind, LOOP_TOPICS['cmd_vel'].kind
+    held = {'/odom': odometry, '/cmd_vel': twist, '/plan': 'nav_msgs/msg/Path'}
+    assert [*missing_topics(names, ['reference'], held)] == [
+        f'the bag holds no other topic of type {odometry}: record reference as such']
+    assert [*missing_topics(names, ['reference'], held | {'/goal': odometry})] == [
+        f'the bag holds /goal of type {odometry}: where one of them is reference, add --topic reference:=/NAME']
 
 
 def _poses(path, samples, *topics):

@@ -183,12 +183,34 @@ def test_a_map_has_a_run_for_each_cell_of_a_grid_and_its_picture_on_the_page(tmp
 @pytest.mark.parametrize(('arguments', 'told'), [
     ((8, '--map', 'x=0:1', 'y=0:1'), 'ask for 4 or 9'), ((9, '--map', 'x=0:1'), 'map'),
     ((9, '--map', 'x=0:1', 'weight=0:1'), "'weight'"), ((9, '--map', 'x=0:1', 'plant.base.lag[0]=-1:0'), 'lag'),
-    ((9, '--map', 'x=0:1', '/**.robot.mas=1:2'), 'mas'),
+    ((9, '--map', 'x=0:1', '/**.robot.mas=1:2'), 'mas'), ((9, '--map', 'x=nan:1', 'y=0:1'), '--map x=nan:1: '),
+    ((9, '--map', 'x=0:1', 'y=0:inf'), 'y=0:inf'), ((9, '--map', 'x=-1e308:1e308', 'y=0:1'), 'between -1e+12 and'),
+    ((9, '--map', 'x=0:1', 'mass=0:1'), 'mass=0:1'), ((9, '--map', 'x=1:0', 'y=0:1'), 'x=1:0'),
+    ((9, '--map', 'x=0:1', 'x=0:2'), 'x is named twice'), ((9, '--robot-uncertainty', 'nosuch.yaml'), 'nosuch.yaml'),
 ])
-def test_a_map_that_cannot_be_drawn_is_refused_by_name(tmp_path, capsys, arguments, told):
+def test_what_cannot_be_drawn_is_refused_by_name_and_leaves_nothing(tmp_path, capsys, arguments, told):
     with contextlib.suppress(SystemExit):
-        assert run(tmp_path, *arguments) == 2
+        assert run(tmp_path / 'out', *arguments) == 2
     assert told in capsys.readouterr().err
+    assert not [*tmp_path.iterdir()]
+
+
+def test_a_second_study_into_a_folder_is_refused_and_the_first_one_writes_its_table_at_once(
+        tmp_path, monkeypatch, capsys):
+    judged_rows = engine.judged_rows
+
+    def meanwhile(*asked):
+        monkeypatch.setattr(engine, 'judged_rows', judged_rows)
+        # killed here, the study leaves no half table
+        assert not [*tmp_path.iterdir()]
+        assert run(tmp_path, 3) == 2
+        assert f'{tmp_path}: another process writes into it; wait until it has ended' in capsys.readouterr().err
+        return judged_rows(*asked)
+
+    monkeypatch.setattr(engine, 'judged_rows', meanwhile)
+    assert run(tmp_path, 5) == 0
+    _, rows = read(tmp_path)
+    assert len(rows) == 5
 
 
 def test_bad_usage_ends_with_exit_code_2(tmp_path, capsys):
