@@ -250,27 +250,29 @@ class RobotGuard:
         """Receive odometry; return the velocity of the robot, from its poses if they contradict the twist."""
         before, last, self._pose, self._stamp, self._unheard = self._pose, self._stamp, pose, stamp, 0
         used = self._twist.note(stamp, pose, velocity, self._command, values.input_timeout)
-        if self._twist.jump and stamp - last > SILENCE * NANOSECONDS:
+        silence = (stamp - last) / NANOSECONDS
+        if self._twist.jump and silence > SILENCE:
+            # a base that was killed is a second publisher until DDS misses it
             self._conflict.begin(stamp, pose, velocity)
         else:
             self._conflict.note(stamp, pose, velocity)
-        if self._conflict.present:
-            self._twist.forget()  # the poses of several publishers are no jumps of one
-            return velocity
+            if self._conflict.present:
+                self._twist.forget()  # the poses of several publishers are no jumps of one
+                return velocity
         self._opposition = self._opposition.after(
-            self._command if drives else _ZERO, before, pose, velocity, (stamp - last) / NANOSECONDS,
-            values.odom_latency)
+            self._command if drives else _ZERO, before, pose, velocity, silence, values.odom_latency)
         if self._twist.jump:
-            self._note_jump(*self._twist.jump, values.limits)
+            self._note_jump(*self._twist.jump, values.limits, (
+                f'across a silence of {silence:.1f} s' if silence > SILENCE else 'against its twist'))
         if drives and self._opposition.fault() and not self._stop.reason:
             self._opposition = Opposition()
             self._stop.stop(f'{CONTRARY}; see that it drives forwards and turns left as it is told, then call release')
         return used
 
-    def _note_jump(self, moved: float, turned: float, limits: TrackingLimit) -> None:
+    def _note_jump(self, moved: float, turned: float, limits: TrackingLimit, against: str) -> None:
         """Report a jump of odometry [m], [rad]; stop a robot beyond the limits that may set out by itself."""
         self._opposition = Opposition()
-        words = f'the pose of odom has jumped by {moved:.2f} m and {turned:.2f} rad against its twist'
+        words = f'the pose of odom has jumped by {moved:.2f} m and {turned:.2f} rad {against}'
         self._node.get_logger().warning(f'{words}: it was corrected or reset')
         self._publish({'odom_jump': [moved, turned]})
         is_far = 0.0 < limits.odom_jump < moved or 0.0 < limits.odom_turn < turned

@@ -75,8 +75,8 @@ class StopMemory:
         return ''
 
 
-_LONG = 400
-"""Characters of a reason that no other one joins."""
+_JOIN, _MOST = '; and ', 3
+"""Between the reasons of a stop, and most of them: a base that dies again and again writes no book."""
 STOP, RELEASE = '~/stop', '~/release'
 _BY_REQUEST = 'by a call of stop; call release to drive on'
 _IN_LOCKSTEP = ('in lockstep there is no robot to stop: simulated time stands still while the parameter paused of the '
@@ -152,8 +152,11 @@ class SafetyStop:
         return False
 
     def stop(self, reason: str) -> None:
-        """Stop the robot until its release; a reason that comes during a stop joins the first one."""
-        self._change(f'{self.reason}; {reason}' if self.reason and len(self.reason) < _LONG else self.reason or reason)
+        """Stop the robot until its release; up to three reasons join, so that one release suffices."""
+        told = self.reason.split(_JOIN) if self.reason else []
+        if len(told) < _MOST and reason not in told:
+            told.append(reason)
+        self._change(_JOIN.join(told))
 
     def remember(self) -> str:
         """Bring the memory up to date, after the zero command; return why that failed, '' if it did not."""
