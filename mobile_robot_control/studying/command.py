@@ -48,11 +48,11 @@ from mobile_robot_control.studying.engine import (
     study_lines,
 )
 from mobile_robot_control.studying.failures import scenario_text
-from mobile_robot_control.studying.study import driven, study_of, write_study
+from mobile_robot_control.studying.study import driven, odometry_lines, study_of, write_study
 from mobile_robot_control.system.files import alone_in, check_place
 from mobile_robot_control.system.process import Interrupt
 from mobile_robot_control.system.progress import StagedBar
-from mobile_robot_control.system.texts import answer_lines, printable
+from mobile_robot_control.system.texts import answer_lines, as_lines, printable
 
 
 class StudyFiles(NamedTuple):
@@ -85,8 +85,9 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
             print('study: interrupted before the first runs were done', file=sys.stderr)
             return 1
         write_study(study_of(request, results, command_line, interrupt.requested), folder, files.all_runs)
-    print(*answer_lines(study_answer(request, results), study_lines(request, results), str(folder / 'study.html')),
-          sep='\n')
+    told = [*(() if interrupt.requested else as_lines(odometry_lines(request, results))),
+            *study_lines(request, results)]
+    print(*answer_lines(study_answer(request, results), told, str(folder / 'study.html')), sep='\n')
     if interrupt.requested:
         print('study: interrupted; the files hold what was done', file=sys.stderr)
         return 1

@@ -195,6 +195,15 @@ def test_what_cannot_be_drawn_is_refused_by_name_and_leaves_nothing(tmp_path, ca
     assert not [*tmp_path.iterdir()]
 
 
+def test_failures_that_odometry_shows_as_successes_are_told(tmp_path, capsys):
+    drift = ['-p', 'plant.odometry.dead_reckoning:=true', '-p', 'plant.odometry.separation_error:=0.3']
+    assert study.main([
+        '--seed', '1', '--output', str(tmp_path), '--workers', '1', '--runs', '1', '--laps', '1', '--scales', '0.5',
+        '--within', '0.01', '--variation', '0.0', *drift]) == 0
+    assert ('success counts the true pose; by odometry 1 of the first 1 failures succeed, where odometry, not a gain, '
+            'is the cause') in ' '.join(capsys.readouterr().out.split())
+
+
 def test_a_second_study_into_a_folder_is_refused_and_the_first_one_writes_its_table_at_once(
         tmp_path, monkeypatch, capsys):
     judged_rows = engine.judged_rows
