@@ -260,7 +260,8 @@ class RobotGuard:
                 self._twist.forget()  # the poses of several publishers are no jumps of one
                 return velocity
         self._opposition = self._opposition.after(
-            self._command if drives else _ZERO, before, pose, velocity, silence, values.odom_latency)
+            self._command if drives else _ZERO, before, pose, velocity, silence,
+            values.odom_latency + max(values.control.feedforward.dead_time))
         if self._twist.jump:
             self._note_jump(*self._twist.jump, values.limits, (
                 f'across a silence of {silence:.1f} s' if silence > SILENCE else 'against its twist'))
