@@ -14,6 +14,7 @@ from mobile_robot_control.benchmarking.table import (
     last_summary,
     place_text,
     rank_text,
+    unrepeatable,
     worth,
 )
 from mobile_robot_control.loop.metric_table import METRIC_TABLE
@@ -234,6 +235,8 @@ def _parts(
         yield _missing(values)
     if values.get('not_loaded'):
         yield page.warning('Not loaded', [*values['not_loaded'].values()])
+    if values.get('not_repeatable'):
+        yield page.warning('Not repeatable', [*map(unrepeatable, values['not_repeatable'])])
     failures, published = _failures(values), _published(values)
     yield page.contents([('laws', 'Laws', ()), ('tracks', 'Tracks', ()), ('pictures', 'Paths and errors', ()),
                          *([('failures', 'Failures', ())] if failures else []),

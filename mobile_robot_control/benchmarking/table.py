@@ -27,7 +27,8 @@ from mobile_robot_control.benchmarking.ranking import (
     rank_ranges,
     ratios,
 )
-from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.conformance.laws import is_repeatable
+from mobile_robot_control.control.laws import BUILT_IN, LAWS
 from mobile_robot_control.elementary import ARITHMETIC, exp
 from mobile_robot_control.loop.monte_carlo import CONFIDENCE, JudgedRuns, wilson_interval
 from mobile_robot_control.studying.comparison import mean_interval
@@ -72,6 +73,7 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
         'unfinished': [{'law': cell.law, 'track': cell.track.name, 'seed': cell.seed, 'feedforward': cell.feedforward}
                        for cell in benchmark.cells if id(cell) not in held],
         'not_loaded': dict(LAWS.failures),
+        'not_repeatable': [law for law in benchmark.laws if LAWS[law] not in BUILT_IN and not is_repeatable(LAWS[law])],
         'summary': [row for budget in benchmark.budgets or (0,)
                     for row in summary_of(benchmark.laws, budget, ranks, pairs, groups)],
         'ranks': ranks, 'pairs': pairs, 'results': results,
@@ -341,6 +343,12 @@ def number_text(value: float | None) -> str:
     return '–' if value is None else f'{value:.5g}'
 
 
+def unrepeatable(law: str) -> str:
+    """Return what is wrong with a law that answers one question twice differently."""
+    return (f'{law}: answers the same question differently, by a random number or a state of its own, so its numbers '
+            'do not come again; check_law names the inputs')
+
+
 def worth(values: Values) -> str:
     """Return what the number of seeds is worth, in a sentence."""
     seeds = len(values['seeds'])
@@ -367,6 +375,7 @@ def summary_lines(values: Values) -> Iterator[str]:
                f'comparisons better in {one["wins"]}, worse in {one["losses"]}; {largest}success in '
                f'{100.0 * one["least_success"]:.1f} % of the runs or more{other}')
     yield from (f'not loaded: {reason}' for reason in values.get('not_loaded', {}).values())
+    yield from map(unrepeatable, values.get('not_repeatable', ()))
     yield worth(values)
     if values['unfinished']:
         yield f'{len(values["unfinished"])} cells are not finished; --resume goes on'

@@ -98,6 +98,14 @@ def pure(law: Law) -> Iterator[str]:
                        f'{describe(law, cases[n])}')
 
 
+def is_repeatable(law: Law) -> bool:
+    """Return whether a law gives the same result to the same input; True for one that fails on every input."""
+    try:
+        return next(pure(law), None) is None
+    except LeftOutError:
+        return True
+
+
 def inputs_unchanged(law: Law) -> Iterator[str]:
     """Yield inputs that a law changes: state, observation, gains, or the result of its `prepare`."""
     for case in _some_cases(law):

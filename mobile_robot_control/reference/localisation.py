@@ -20,6 +20,8 @@ _MEAN = 1.0
 """[s] over which corrections are averaged, and least time from one lead to the next."""
 _LEAST = (0.005, 0.01)
 """[m], [rad] by which a correction moves the cart before it leads over."""
+_SWINGS = 5
+"""Swings in turn that are told."""
 _JUMP = (0.03, 0.05)
 """[m], [rad] between a correction and the mean of those before it from which on it stands alone."""
 
@@ -141,6 +143,24 @@ class Corrections:
         self._led = now
         # rounded, so that a message that is written again has the same heading to the last bit
         return mean._replace(heading=round(mean.heading, 9))
+
+
+class Swings:
+    """Tells corrections that jump to and fro between two values, as of two publishers, from noise and from steps."""
+
+    def __init__(self) -> None:
+        self._last: Pose | None = None
+        self._before: Pose | None = None
+        self._count = 0
+
+    def note(self, correction: Pose) -> bool:
+        """Receive a correction; return whether it jumps back, as several before it."""
+        last, self._last = self._last, correction
+        if last is None or not _exceeds(apart(last, correction), _JUMP):
+            return False
+        returns = self._before is not None and not _exceeds(apart(self._before, correction), _JUMP)
+        self._before, self._count = last, self._count + 1 if returns else 0
+        return self._count >= _SWINGS
 
 
 class DrawnCorrections:

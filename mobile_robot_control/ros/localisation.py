@@ -13,7 +13,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import Link, RefusedMessageError, read_or_refuse, read_transforms
 from mobile_robot_control.quantities import NANOSECONDS, Pose
-from mobile_robot_control.reference.localisation import SAME, Corrections, composed
+from mobile_robot_control.reference.localisation import SAME, Corrections, Swings, composed
 from mobile_robot_control.ros.inputs import InputValidator
 from mobile_robot_control.ros.qos import SUBSCRIBED, message_class
 from mobile_robot_control.settings.shared import Shared
@@ -26,6 +26,8 @@ _NO_TYPE = ('the Python module tf2_msgs is missing, and /tf is not read: install
             f'ros-$ROS_DISTRO-tf2-msgs), or publish the correction on {CORRECTION}')
 _AHEAD = 10.0
 """[s] ahead of the node's clock: a transform with a later stamp would keep all others out."""
+_LARGEST = 1 << 18
+"""[bytes] of a message of transforms: a larger one would hold up the step."""
 _MOST = 1000
 """Most corrections that wait for their ticks."""
 
@@ -126,7 +128,7 @@ class LocalisationInput:
         self, node: Node, shared: Shared, validator: InputValidator, take: Callable[[int, Pose], None]
     ) -> None:
         self._shared, self._validator, self._take = shared, validator, take
-        self._clock, self._now = node.get_clock(), 0
+        self._clock, self._now, self._swings = node.get_clock(), 0, Swings()
         self.heard = float('-inf')
         self.problem = ''
         self._frames = Frames(shared.path_frame_id, shared.odom_frame_id)
@@ -150,11 +152,18 @@ class LocalisationInput:
         correction = self._frames.correction()
         if correction is not None:
             self.heard = time.monotonic()
+            if self._swings.note(correction[1]):
+                self._validator.note_refusal('/tf', RefusedMessageError(
+                    'two corrections in turn', f'{self._shared.path_frame_id} -> {self._shared.odom_frame_id} jumps to '
+                    'and fro between two values: do two nodes publish it? End one of them'))
             self._take(*correction)
 
     def _receive(self, topic: str, message: bytes) -> None:
         kind = _KIND if topic == CORRECTION else _TF_KIND
         try:
+            if len(message) > _LARGEST:
+                raise RefusedMessageError('too large', f'{len(message)} bytes of transforms, and {_LARGEST} are the '
+                                          'most; publish fewer in one message')
             links = read_or_refuse(kind, (partial(deserialise, kind), _listed, read_transforms), message)
             if not self._shared.lockstep:
                 links = self._timely(topic, links)

@@ -195,6 +195,15 @@ def test_a_law_whose_search_drives_no_candidate_is_not_searched_has_no_rank_and_
     assert '>failed</td>' not in page
 
 
+def test_a_law_that_answers_by_chance_is_told(track, tmp_path, capsys):
+    text = LAW.format(name='chance', failure='w += 1e-9 * random.random()')
+    (tmp_path / 'chance.py').write_text(f'import random\n{text}')
+    laws = ['--law', tmp_path / 'chance.py', '--laws', 'chance', 'kanayama']
+    assert run(track, tmp_path / 'out', *laws, '--no-tune') == 0
+    assert 'chance: answers the same question differently' in capsys.readouterr().out
+    assert read(tmp_path / 'out')[0]['not_repeatable'] == ['chance']
+
+
 def test_a_law_that_succeeds_in_fewer_than_half_of_the_runs_is_no_first():
     assert [share for share in (0.0, 0.25, 0.49, 0.5, 1.0) if is_first({'rank': 1, 'success': share})] == [0.5, 1.0]
     assert not is_first({'rank': 2, 'success': 1.0})

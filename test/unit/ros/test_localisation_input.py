@@ -55,3 +55,22 @@ def test_a_clock_that_jumps_back_forgets_the_transforms_of_later_stamps(correcti
     corrections.receive(500, 0.3)
     assert corrections.x == [0.1, 0.3]
     assert corrections.refused == {'stamp does not advance': 1}
+
+
+def test_two_corrections_in_turn_are_told_and_steps_and_noise_are_not(corrections):
+    # a localisation that steps, and one with noise
+    for n in range(30):
+        corrections.now += 1.0
+        corrections.receive(1000 + n, 0.4 * (n // 10) + 0.01 * (n % 2))
+    assert not corrections.refused
+    # one that sends five times as often as another one
+    for n in range(30, 60):
+        corrections.now += 1.0
+        corrections.receive(1000 + n, 0.3 if n % 5 else 0.0)
+    assert corrections.refused['two corrections in turn'] > 0
+    assert len(corrections.x) == 60
+
+
+def test_a_large_message_of_transforms_is_refused_before_it_is_read(corrections):
+    corrections._input._receive(CORRECTION, bytes(1 << 19))
+    assert corrections.refused == {'too large': 1}
