@@ -155,7 +155,7 @@ def majority_places(laws: Collection[str], certain: Certain) -> dict[str, int]:
     Examples
     --------
     >>> majority_places(['a', 'b', 'c'], {'one': [('a', 'b'), ('a', 'c')], 'two': [('b', 'a'), ('a', 'b')]})
-    {'a': 1, 'b': 2, 'c': 3}
+    {'a': 1, 'b': 2, 'c': 2}
 
     """
     margins = Counter(pair for pairs in certain.values() for pair in pairs)

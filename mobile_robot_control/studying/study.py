@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.elementary import dist
 from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.loop.scenarios import Scenario, scenario_trial
 from mobile_robot_control.loop.workers import runner
@@ -193,8 +194,7 @@ def odometry_lines(request: StudyRequest, results: Mapping[str, StudiedControlle
             samples = driven(one.parameters, one.scenarios[n], request.laps)
             late = [sample.tick for sample in samples if sample.time >= 0.75 * samples[-1].time]
             near += one.judged.outcome[n] == 'completed' and all(
-                math.hypot(tick.pose.x - tick.reference.pose.x, tick.pose.y - tick.reference.pose.y)
-                < request.success_within for tick in late)
+                dist(tick.pose[:2], tick.reference.pose[:2]) < request.success_within for tick in late)
         yield (f'{name}: success counts the true pose; by odometry {near} of the first {len(failed)} failures succeed'
                + (', where odometry, not a gain, is the cause' if near else ''))
 

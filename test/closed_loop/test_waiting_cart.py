@@ -28,7 +28,8 @@ FROM, HELD = 10.0, 6.0
 NODE = types.SimpleNamespace(
     get_logger=lambda: types.SimpleNamespace(error=print), create_service=lambda *_: None,
     create_publisher=lambda *_: types.SimpleNamespace(publish=lambda _: None),
-    context=types.SimpleNamespace(get_domain_id=lambda: -1), get_fully_qualified_name=lambda: '/without_ros')
+    context=types.SimpleNamespace(get_domain_id=lambda: -1), get_fully_qualified_name=lambda: '/without_ros',
+    create_timer=lambda *_, **__: None)
 
 
 class Following:
@@ -41,7 +42,7 @@ class Following:
                                      limits=ours.limits._replace(tracking_error=limit),
                                      approach=ours.approach._replace(speed=approach_speed))
         self._law = LawRunner(NODE, self._values.control, 1.0 / ours.shared.position_rate, lambda: None)
-        self.drive = RobotGuard(NODE, self._law, lambda: None, str, lambda _: None)
+        self.drive = RobotGuard(NODE, self._law, lambda: None, str, lambda _: None, '')
         self._cart, self._distance = None, PARAMETERS.reference_cart.waiting.wait_distance
         self._at = self.reference(0.0).pose
         self.commands, self.apart, self.times, self.waited = [], [], [], 0

@@ -88,7 +88,7 @@ def test_paths_act_at_their_stamps_and_the_cart_tells_when_it_has_arrived(robot,
     for n, (wrong, reason) in enumerate((
             ([(0.5, 0.06), (0.62, 0.06)], 'cannot be driven (the cart stops: '),
             ([(4, 4), (5, 5)], 'path: cannot be driven (the path begins'), ([(0.4, 0.1)], 'a path needs two'),
-            ([(0.6, 0.1), (3, 0.1), (1, 0.1)], 'cusp'))):
+            ([(0.6, 0.1), (3, 0.1), (1, 0.1)], 'the path turns back at (3, 0.1)'))):
         publish(*wrong)
         _go_to(robot, 8.0 + 0.1 * n)
         robot.spin_until(lambda reason=reason: reason in robot.log('reference_cart'))

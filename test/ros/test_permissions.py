@@ -39,8 +39,9 @@ MODES = {
     '/base': ['-p', 'drive:=velocity', '-p', 'publish_clock:=false'],
 }
 """Arguments by namespace."""
-IF_STALLED = {'plant': {('subscribe', topic) for topic in ('reference', 'reference_horizon', 'cmd_accel')}}
-"""What a node creates besides where a busy machine makes the run stall."""
+AT_TIMES = {'plant': {('subscribe', topic) for topic in ('reference', 'reference_horizon', 'cmd_accel')},
+            'position_controller': {('subscribe', topic) for topic in ('cmd_vel', 'stopped')}}
+"""What a node creates besides where a busy machine makes the run stall, or beside another one of its name."""
 
 
 def created(observer, node):
@@ -108,7 +109,7 @@ def _compare(robots):
         return relative('/lockstep', allowances['/lockstep'][f'/lockstep/{node}'])
 
     def maybe(node):
-        return IF_STALLED.get(node, set())
+        return AT_TIMES.get(node, set())
 
     nodes = [*NODES, 'recorder']
     with contextlib.suppress(AssertionError):  # the comparison shows more

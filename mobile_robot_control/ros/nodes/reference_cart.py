@@ -253,7 +253,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
             self._heard = None
         self._diagnostics.more |= {f'plans {kind}': count for kind, count in self._plans.items()}
         if answer.seconds:  # a stop has none
-            self._diagnostics.more['planning time [s]'] = f'{answer.seconds:.4f}'
+            self._diagnostics.more['planning time [s]'] = f'{answer.seconds:.6f}'
 
     def _miss_path(self) -> None:
         """Stop on a path of the topic if no other one comes for `path.timeout`."""

@@ -79,7 +79,8 @@ def live(tmp_path_factory):
         law = tmp_path_factory.mktemp('law') / 'kanayama.py'
         law.write_bytes((PLUGINS / 'kanayama.py').read_bytes())
         started = LivePage(tmp_path_factory.mktemp('dashboard'), '--law', str(law), '--curve',
-                           str(PLUGINS / 'ellipse.py'), '-p', 'plant.real_time_factor:=0.2', environment=variables)
+                           str(PLUGINS / 'ellipse.py'), '-p', 'plant.real_time_factor:=0.2', '-p',
+                           'position_controller.controller_type:=backstepping', environment=variables)
         started.law = law
         # for as long as the node is made: other tests have domains of their own
         with pytest.MonkeyPatch.context() as patch:

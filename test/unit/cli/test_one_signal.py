@@ -83,8 +83,9 @@ def test_a_signal_ends_work_that_does_not_look_at_it(tmp_path, subtests):
 
 
 def test_a_signal_ends_a_study_that_draws_a_million_runs(tmp_path):
-    with start(tmp_path / 'one', LOOP, 'study', '--seed', '1', '--runs', '1000000', '--output', 'out', *SMALL) as study:
-        wait_until((tmp_path / 'one' / 'out' / 'runs.csv').exists)
+    with start(tmp_path / 'one', LOOP, 'study', '--seed', '1', '--runs', '1000000', '--output', 'out', *SMALL, '-p',
+               'position_controller.controller_type:=backstepping') as study:
+        wait_until((tmp_path / 'one' / 'out').exists)
         study.send_signal(signal.SIGTERM)
         _, printed = study.communicate(timeout=60)
     assert study.returncode == 1

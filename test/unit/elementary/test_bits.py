@@ -23,6 +23,7 @@ def test_a_drawn_sample_has_the_bits_of_the_repository(environment, tmp_path):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.usefixtures('registered')
 def test_another_checksum_is_told(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(bits, 'STORED', tmp_path / 'bits.txt')
     (tmp_path / 'bits.txt').write_text('00000000 elementary.exp\n')

@@ -159,7 +159,7 @@ def test_a_bag_with_odometry_and_reference_has_the_metrics_that_follow_from_its_
 def test_a_bag_without_odometry_is_drawn_without_it(runs, tmp_path):
     metrics, page = reported(tmp_path / 'out', without(runs, tmp_path, 'odom', 'tracking_error'))
     assert 'there is no odom, and so no tracking error and no metrics' in page
-    assert 'add --topic odom:=/NAME' in page
+    assert 'the bag holds no other topic of type nav_msgs/msg/Odometry: record odom as such' in page
     assert 'peak_wheel_torque' not in metrics[tmp_path.name]
 
 

@@ -12,6 +12,7 @@ from mobile_robot_control.system.progress import StagedBar
 
 def test_a_bar_is_a_widget_in_a_kernel_with_widgets_alone(monkeypatch):
     installed = []
+    monkeypatch.delitem(sys.modules, 'ipykernel', raising=False)
     monkeypatch.setattr(importlib.util, 'find_spec', lambda name: name if name in installed else None)
 
     def kind():
