@@ -52,6 +52,8 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
     hashed = [ARITHMETIC, tracks, benchmark.request.scenarios, benchmark.request.runs, hashes]
     results = [row for one, digits in zip(done, hashes, strict=True) for row in _rows(*one, digits)]
     held = {id(cell) for cell, _ in done}
+    # another one may not answer at all
+    driven = {cell.law for cell, found in done if any('success' in result for result in found['results'])}
     groups = {name: track.parameters.group or name for name, track in benchmark.tracks.items()}
     ranks, pairs = [], []
     for number, budget in enumerate(benchmark.budgets or (0,)):
@@ -73,7 +75,8 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
         'unfinished': [{'law': cell.law, 'track': cell.track.name, 'seed': cell.seed, 'feedforward': cell.feedforward}
                        for cell in benchmark.cells if id(cell) not in held],
         'not_loaded': dict(LAWS.failures),
-        'not_repeatable': [law for law in benchmark.laws if LAWS[law] not in BUILT_IN and not is_repeatable(LAWS[law])],
+        'not_repeatable': [law for law in benchmark.laws if law in driven and LAWS[law] not in BUILT_IN
+                           and not is_repeatable(LAWS[law])],
         'summary': [row for budget in benchmark.budgets or (0,)
                     for row in summary_of(benchmark.laws, budget, ranks, pairs, groups)],
         'ranks': ranks, 'pairs': pairs, 'results': results,
