@@ -1,10 +1,12 @@
 """The action `follow_path` with its real type: goals, cancel, a new goal, refusals, and clients that die."""
 
 import math
+import os
 import signal
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
 
 import pytest
 from action_msgs.msg import GoalStatus
@@ -156,19 +158,25 @@ def test_a_robot_moves_only_for_the_goal_that_is_asked_and_stops_while_paths_are
     robot = client.robot
     assert robot.set('position_controller', approach__speed=0.2)[0].successful
 
-    def heavy(away):
-        # some seconds of planning
-        return [(away + 2.0 * (n % 2), 0.002 * n) for n in range(8)]
+    def suspend_planning():
+        # for three seconds, after which another process takes its place
+        parents = [f'PPid:\t{process.pid}\n' for process in robot.processes.values()]
+        pid, = (int(one.parent.name) for one in Path('/proc').glob('[0-9]*/status')
+                if any(parent in one.read_text() for parent in parents)
+                and b'planning_process' in one.with_name('cmdline').read_bytes())
+        os.kill(pid, signal.SIGSTOP)
 
     # the answer to a goal that has ended is given to no other
-    first = client.send(*heavy(0.0))
+    suspend_planning()
+    first = client.send((0.0, 0.0), (0.0, 3.0))
     second = client.send((0.0, 0.0), (1.0, 0.0))
     assert 'another goal' in client.result(first)[2]
     assert client.result(second)[0] == GoalStatus.STATUS_SUCCEEDED
     # a goal without poses is a stop that waits for no plan
     driven = client.send((0.0, 0.0), (6.0, 0.0))
     robot.spin_until(client.drives)
-    client.send(*heavy(0.0))
+    suspend_planning()
+    client.send((0.5, 0.0), (4.0, 1.0))
     empty = client.send()
     status, code, why = client.result(empty)
     assert (status, code) == (GoalStatus.STATUS_ABORTED, client.kind.Result.INVALID_PATH)
