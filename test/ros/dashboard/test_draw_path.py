@@ -24,6 +24,9 @@ def test_a_drawn_path_is_planned_sent_and_followed_and_another_one_joins_it(page
     for key in (Keys.ENTER, *(Keys.ARROW_LEFT,) * 8, Keys.ENTER, *(Keys.ARROW_UP,) * 6, Keys.ENTER):
         keys.send_keys(key)
     keys.perform()
+    # 0.8 m and 0.6 m with a rounded corner: two points alone have a plan, too
+    page.wait(lambda: _words(page).startswith('1.3'))
+    before = _words(page)
     # the cross stays in view, however far it goes
     scene.send_keys(*[Keys.SHIFT, *[Keys.ARROW_RIGHT] * 12])
     x, y = map(float, re.fullmatch(r'cross at (.*), (.*) m', _words(page)).groups())
@@ -31,10 +34,7 @@ def test_a_drawn_path_is_planned_sent_and_followed_and_another_one_joins_it(page
         'const [px, py] = mrc.stage.toScreen(arguments[0], arguments[1]), {clientWidth, clientHeight} = arguments[2];'
         'return 0 < px && px < clientWidth && 0 < py && py < clientHeight', x, y, scene))
     scene.send_keys(*[Keys.SHIFT, *[Keys.ARROW_LEFT] * 12])
-    # 0.8 m and 0.6 m with a rounded corner: two points alone have a plan, too
-    page.wait(lambda: _words(page).startswith('1.3'))
     # a point by the pointer, beside the others, taken back
-    before = _words(page)
     ActionChains(page.driver).move_to_element_with_offset(scene, -60, 30).click().perform()
     page.wait(lambda: 'Active limits' in _words(page) and _words(page) != before)
     buttons['Undo'].click()
