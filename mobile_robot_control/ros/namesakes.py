@@ -41,7 +41,7 @@ class Namesakes:
     Attributes
     ----------
     reason : str
-        Why this node must not drive, until a release; '' if it may.
+        Why this node must not drive, and sends nothing, until a release; '' if it may.
 
     """
 
@@ -89,5 +89,6 @@ class Namesakes:
             self._node.get_logger().error(f'the robot is not driven: {self.reason}')
 
     def _hear_stop(self, message: String) -> None:
-        if message.data and self.sending() and all(self._names(STOPPED)):
+        senders = self._names(STOPPED)
+        if message.data and len(senders) > 1 and all(senders):
             self._stop(message.data)

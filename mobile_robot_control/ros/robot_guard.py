@@ -157,7 +157,7 @@ class LockstepGuard:
 
     """
 
-    stands = False
+    stands = is_aside = False
 
     def note_sent(self, message: bytes) -> None:
         """Keep nothing: in lockstep a second controller is counted by its stamps."""
@@ -243,6 +243,11 @@ class RobotGuard:
     def stands(self) -> bool:
         """Whether the robot is stopped, or too far from the cart to set out."""
         return bool(self._stop.reason or self._others.reason or self._far)
+
+    @property
+    def is_aside(self) -> bool:
+        """Whether another node of this name drives the robot, whose commands zeros would halve."""
+        return bool(self._others.reason and not self._stop.reason)
 
     def note(
         self, stamp: int, pose: Pose, velocity: BodyVelocity, values: PositionControllerParameters, drives: bool

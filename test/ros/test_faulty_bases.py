@@ -33,9 +33,9 @@ class Base:
         self.start(*options)
         self.start_nodes('position_controller', 'reference_cart')
 
-    def start_nodes(self, *names):
+    def start_nodes(self, *names, arguments=()):
         for name in names:
-            self._robot.start(name, arguments=self._files)
+            self._robot.start(name, arguments=[*self._files, *arguments])
 
     def command(self, name):
         """Return the words that start a node."""
@@ -103,10 +103,19 @@ def test_a_robot_whose_base_and_controller_start_again_stands_until_it_is_releas
     robot.spin_until(lambda: base.drives() and math.dist(base.pose[:2], ZERO[:2]) > 1.1)
     base.kill()
     robot.processes['position_controller'].kill()
+    # a controller that is not forked takes as long to start
     robot.listen(1.0)
-    base.start('--at', *ZERO)
-    base.start_nodes('position_controller')
-    robot.spin_until(lambda: 'across a silence of' in base.told['reference_cart'])
+    # the cart hears the new base later than the controller does
+    heard, to_cart = [], robot.recorder.create_publisher(Odometry, 'odom', 10)
+    robot.recorder.create_subscription(Odometry, 'early', heard.append, 10)
+    base.start('--at', *ZERO, '--ros-args', '-r', 'odom:=early')
+    base.told.clear()
+    base.start_nodes('position_controller', arguments=['-r', 'odom:=early'])
+    robot.spin_until(lambda: 'waits for reference_cart' in base.told.get('position_controller', ''))
+    robot.listen(1.5)
+    assert read_odometry(heard[-1])[0] == pytest.approx(ZERO)
+    robot.recorder.create_subscription(Odometry, 'early', to_cart.publish, 10)
+    robot.spin_until(lambda: 'across a silence of' in base.told.get('reference_cart', ''))
     robot.spin_until(lambda: base.told['position_controller'].startswith('running'))
     robot.listen(1.5)
     assert math.dist(base.pose[:2], ZERO[:2]) < 0.02
@@ -132,6 +141,7 @@ def test_a_second_controller_of_one_name_does_not_drive_and_a_stop_holds_for_bot
         # the first one goes on, and no release acts while two send; either of both answers
         robot.listen(1.0)
         robot.spin_until(base.drives)
+        assert min(twist.linear for _, twist in base.odom[-40:]) > 0.1
         for _ in range(2):
             assert robot.trigger('position_controller/stop')[0]
         robot.spin_until(lambda: max(map(abs, base.odom[-1][1])) < 1e-3)

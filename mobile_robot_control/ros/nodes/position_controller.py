@@ -142,11 +142,11 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._law.begin(self.parameters.control, under_way=True)
 
     def rest(self) -> Outputs:
-        """Return a command that stops the robot."""
+        """Return a command that stops the robot, if it is this node's to command."""
         if not self._drives:
             self._guard.rest()
         self._drives = False
-        return _STANDS
+        return {} if self._guard.is_aside else _STANDS
 
     def forget(self) -> None:
         """Forget the ages and the conflict of a run after a jump back of simulated time."""

@@ -20,6 +20,7 @@ from mobile_robot_control.quantities import NANOSECONDS, Pose
 from mobile_robot_control.reference.course import Standing
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.localisation import apart, composed
+from mobile_robot_control.reference.waiting import SILENT
 from mobile_robot_control.ros.cart_course import CartCourse
 from mobile_robot_control.ros.cart_time import PERIOD, CartTime, CartWait, LockstepTime, WallClockTime
 from mobile_robot_control.ros.conversions import reader
@@ -314,6 +315,9 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         else:
             self._end_stop()
             self._look_after_goal(time.monotonic())
+            if self._monitor.age('odom') > SILENT:
+                # a controller that hears the robot earlier would set out for a cart that has not seen it jump
+                return {}
         return {'reference': references[0], 'reference_horizon': references}
 
     def _end_stop(self) -> None:
