@@ -33,6 +33,7 @@ from mobile_robot_control import elementary  # noqa: E402
 from mobile_robot_control.loop.trial import make_trial  # noqa: E402
 from mobile_robot_control.settings.configure import ParameterSources  # noqa: E402
 
+HEXAGON = (1.0, 0.0), (0.5, 0.875), (-0.5, 0.875), (-1.0, 0.0), (-0.5, -0.875), (0.5, -0.875)
 STORED = TEST / 'bits.txt'
 CONFIG = TEST.parent / 'config'
 LAWS = ('backstepping', 'hybrid_backstepping', 'fuzzy', 'kanayama', 'dynamic_feedback_linearization', 'sliding_mode',
@@ -128,7 +129,7 @@ def paths():
     def drawn(n):
         draw = random.Random(f'points {n}')  # noqa: S311 (no secret)
         points = [(math.ldexp(k, -4), math.ldexp(draw.randint(0, 9), -8)) for k in range(80)] if n % 2 else [
-            (draw.uniform(-2.0, 2.0), draw.uniform(-2.0, 2.0)) for _ in range(6)]
+            (far * x, far * y) for x, y in HEXAGON for far in (draw.uniform(1.0, 2.0),)]
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder, 'path.csv')
             file.write_text(''.join(f'{x!r},{y!r}\n' for x, y in points))
