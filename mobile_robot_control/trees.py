@@ -109,3 +109,20 @@ def repeated(times: int) -> Callable[[Any], tuple[Any, ...]]:
     """
     made: Callable[[Any], tuple[Any, ...]] = eval(f'lambda item: ({"item, " * times})')  # noqa: S307 (of a number)
     return jitable(made)
+
+
+@lru_cache(maxsize=256)
+def replacing(kind: Any, *names: str) -> Callable[..., Any]:
+    """
+    Make the function that returns a NamedTuple with other values of some fields; a compiler has no `_replace`.
+
+    Examples
+    --------
+    >>> from mobile_robot_control.quantities import Pose
+    >>> replacing(Pose, 'y', 'heading')(Pose(1.0, 2.0, 3.0), 0.0, 0.5)
+    Pose(x=1.0, y=0.0, heading=0.5)
+
+    """
+    items = ', '.join(name if name in names else f'item.{name}' for name in kind._fields)
+    made: Callable[..., Any] = eval(f'lambda item, {", ".join(names)}: T({items})', {'T': kind})  # noqa: S307 (of names)
+    return jitable(made)

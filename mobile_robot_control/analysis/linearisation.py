@@ -16,7 +16,7 @@ from mobile_robot_control.control.law import is_sound
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.control.velocity_pi import VelocityPiState
-from mobile_robot_control.loop.closed_loop import Loop, LoopState
+from mobile_robot_control.loop.closed_loop import Loop, LoopState, with_command, with_law
 from mobile_robot_control.loop.ticks import form_of, make_position_tick, make_velocity_tick, start
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, period_nanoseconds
@@ -103,11 +103,11 @@ def lap_loop(configuration: Configuration) -> LapLoop:
             raise
         except BaseException as error:  # a law can raise anything
             raise NotFollowedError(f'the law fails ({located_error(error)})') from error
-        if not is_sound(ticked[0].command):
+        if not is_sound(ticked[0].sent.command):
             raise NotFollowedError('the law gives a command that is not finite')
         return ticked
 
-    return LapLoop(checked_tick, make_velocity_tick(form), loop, round(loop.position_dt / loop.plant.dt))
+    return LapLoop(checked_tick, make_velocity_tick(form), loop, round(loop.position_dt / loop.robot.plant.dt))
 
 
 def followed_lap(configuration: Configuration) -> Iterator[FollowedTick]:
@@ -129,12 +129,12 @@ def followed_lap(configuration: Configuration) -> Iterator[FollowedTick]:
     dt = lap.loop.position_dt
     settling = math.ceil(_SETTLING / course.period) * course.period
     first = math.ceil(settling / dt)
-    steps = math.ceil((settling + course.period) / lap.loop.plant.dt)
+    steps = math.ceil((settling + course.period) / lap.loop.robot.plant.dt)
     if steps > _MOST_STEPS:
         raise NotFollowedError(f'a lap of {course.period:g} s and what comes before take {steps} velocity periods, '
                                f'and more than {_MOST_STEPS} are too many')
     begun, law = start(at_cart_start(configuration))[1], LAWS[configuration.position_controller.control.controller_type]
-    state = begun._replace(law=law.start if law.joining is None else law.joining)
+    state = with_law(begun, law.start if law.joining is None else law.joining)
     period = period_nanoseconds(1.0 / dt)
     references_at = references_along(course, configuration.plant.shared.reference_horizon)
     references = references_at(0, period)
@@ -143,10 +143,10 @@ def followed_lap(configuration: Configuration) -> Iterator[FollowedTick]:
         before = state
         state = lap.position_tick(before, references, k, time, lap.loop)[0]
         if n >= first:
-            yield FollowedTick(k, time, before, state.command, references, following[0])
+            yield FollowedTick(k, time, before, state.sent.command, references, following[0])
         for j in range(lap.ratio):
             state = lap.velocity_tick(state, k + j, lap.loop)[0]
-        if dynamics.diverged(state.plant, begun.plant.pose):
+        if dynamics.diverged(state.robot.motion, begun.robot.motion.pose):
             raise NotFollowedError('the motion diverges; lower the gains')
         references = following
 
@@ -275,9 +275,9 @@ def _position_period(lap: LapLoop, tick: FollowedTick) -> Opened:
         values = numbers.tolist()
         before = with_numbers(tick.state, iter(values[:states]), start)
         state = lap.position_tick(before, tick.references, tick.k, tick.time, lap.loop)[0]
-        asked: BodyVelocity = state.command
+        asked: BodyVelocity = state.sent.command
         for j in range(lap.ratio):
-            state = state._replace(command=BodyVelocity(*values[states + 2 * j:states + 2 * j + 2]))
+            state = with_command(state, BodyVelocity(*values[states + 2 * j:states + 2 * j + 2]))
             state = lap.velocity_tick(state, tick.k + j, lap.loop)[0]
         return np.array([*numbers_of(state, end), *asked])
 
@@ -308,16 +308,16 @@ def linear_velocity_loop(lap: LapLoop, tick: FollowedTick) -> tuple[LinearLoop, 
 
     """
     frame = tick.reference.pose
-    after = tick.state._replace(command=tick.command)
+    after = with_command(tick.state, tick.command)
     at = np.array([*numbers_of(after, frame), *lap.velocity_tick(after, tick.k, lap.loop)[1]])
     states = len(at) - 2
 
-    gains = lap.loop.velocity_gains
-    opened = lap.loop._replace(velocity_gains=gains._replace(k1=0.0, k2=0.0))
-    if opened.nominal:
-        # a feedforward is not part of the loop
-        opened = opened._replace(nominal=opened.nominal._replace(
-            mass=0.0, inertia=0.0, wheel_inertia=0.0, viscous_friction=0.0))
+    velocity = lap.loop.velocity
+    # a feedforward is not part of the loop
+    nominal = velocity.nominal and velocity.nominal._replace(
+        mass=0.0, inertia=0.0, wheel_inertia=0.0, viscous_friction=0.0)
+    opened = lap.loop._replace(velocity=velocity._replace(
+        gains=velocity.gains._replace(k1=0.0, k2=0.0), nominal=nominal))
 
     def period(numbers: Array) -> Array:
         values = numbers.tolist()
@@ -326,7 +326,7 @@ def linear_velocity_loop(lap: LapLoop, tick: FollowedTick) -> tuple[LinearLoop, 
         # without gains the torque comes from the integral terms alone
         right, left = values[states:]
         driven = lap.velocity_tick(
-            state._replace(pi=VelocityPiState(0.5 * (right + left), 0.5 * (right - left))), tick.k, opened)[0]
-        return np.array([*numbers_of(driven._replace(pi=closed.pi), frame), *asked])
+            state._replace(velocity=VelocityPiState(0.5 * (right + left), 0.5 * (right - left))), tick.k, opened)[0]
+        return np.array([*numbers_of(driven._replace(velocity=closed.velocity), frame), *asked])
 
     return _linear([Opened(period, at, states)])

@@ -211,7 +211,7 @@ def _failure(cell: Cell, configuration: Configuration) -> tuple[str, str]:
         return '', str(error)
     except ParameterError as error:
         return '', '; '.join(error.violations)
-    return '' if steps > trial.steps else f'it diverges at t = {steps * trial.loop.plant.dt:.3g} s', ''
+    return '' if steps > trial.steps else f'it diverges at t = {steps * trial.loop.robot.plant.dt:.3g} s', ''
 
 
 def _picture(cell: Cell, configuration: Configuration) -> dict[str, list[float]]:

@@ -46,6 +46,7 @@ from mobile_robot_control.control.bumpless_transfer import RunningLaw
 from mobile_robot_control.control.law import Law, LawFailedError
 from mobile_robot_control.control.laws import BUILT_IN, LAWS, PositionControl, groups_of
 from mobile_robot_control.control.tracking_error import distance
+from mobile_robot_control.loop.closed_loop import with_law
 from mobile_robot_control.loop.trial import Trial, cart_motion, make_rollout, make_trial, prepared_loop, references
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import BodyVelocity, Observation, Reference
@@ -208,7 +209,7 @@ def _failed_run(law: Law, trial: Trial, given: tuple[Reference, ...], what: str)
     seen = watched.newest
     # a diverging run is no failure of the law
     if reason and (seen is None or distance(seen.error) <= FARTHEST):
-        yield f'{reason}, in a simulated run {what} from {trial.state.plant.pose}, at {seen}'
+        yield f'{reason}, in a simulated run {what} from {trial.state.robot.motion.pose}, at {seen}'
 
 
 def _standing(given: tuple[Reference, ...], first: int) -> tuple[Reference, ...]:
@@ -281,7 +282,7 @@ def survives_a_switch(law: Law) -> Iterator[str]:
             return
     for start in _STARTS:
         trial = _trial(law, start)
-        trial = trial._replace(state=trial.state._replace(law=_joining(law)))
+        trial = trial._replace(state=with_law(trial.state, _joining(law)))
         yield from _failed_run(law, trial, references(cart_motion(trial)), 'that the law joins')
 
 

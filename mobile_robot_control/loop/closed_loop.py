@@ -2,14 +2,11 @@
 
 from typing import Any, NamedTuple
 
-from mobile_robot_control.control.compensation import NO_LEAD, Lead
-from mobile_robot_control.control.limits import Limits
-from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
-from mobile_robot_control.model.discretisation import DiscretePlant
-from mobile_robot_control.model.dynamics import PlantState
-from mobile_robot_control.model.plant import Imperfections
+from mobile_robot_control.control.position_loop import PositionConstants, PositionState
+from mobile_robot_control.control.velocity_loop import VelocityConstants
+from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.model.simulation import RobotConstants, RobotState
 from mobile_robot_control.quantities import (
-    BodyAcceleration,
     BodyVelocity,
     Pose,
     Reference,
@@ -18,7 +15,6 @@ from mobile_robot_control.quantities import (
     WheelTorque,
     WheelVelocity,
 )
-from mobile_robot_control.reference.cart import Placement
 
 
 class Loop(NamedTuple):
@@ -27,95 +23,71 @@ class Loop(NamedTuple):
 
     Attributes
     ----------
-    plant : DiscretePlant
-        With the robot and the velocity loop's period.
-    imperfections : Imperfections
-        Noise, delay and disturbance.
-    motor_limit, command_limit : float
-        Torque limits of the plant and of the velocity law [N m]; 0 means none.
-    velocity_gains : VelocityGains
-        Of the PI law.
-    law_gains : NamedTuple
-        Of the position law.
-    limits : Limits
-        Of its command.
-    placement : Placement
-        Of the curve.
+    robot : RobotConstants
+        Of the simulated robot.
+    velocity : VelocityConstants
+        Of the velocity loop; its period is that of the robot.
+    position : PositionConstants
+        Of the position loop.
     position_dt : float
-        Period of the position loop [s].
-    odom_latency, longest_age : float
-        Extrapolation of odometry under latency compensation, beside its repeats, and its upper limit [s].
-    drive, sensors : NamedTuple or tuple
-        Constants of motors or base, and of the sensors; () for ideal ones.
-    lead : Lead
-        Times by which a feedforward leads the command.
-    nominal : Robot or tuple
-        The robot's constants in the feedforward of the torques; () without it.
+        Its period [s].
     """
 
-    plant: DiscretePlant
-    imperfections: Imperfections
-    motor_limit: float
-    command_limit: float
-    velocity_gains: VelocityGains
-    law_gains: Any
-    limits: Limits
-    placement: Placement
+    robot: RobotConstants
+    velocity: VelocityConstants
+    position: PositionConstants
     position_dt: float
-    odom_latency: float
-    longest_age: float
-    drive: Any
-    sensors: Any
-    lead: Lead = NO_LEAD
-    nominal: Any = ()
 
 
-class Coming(NamedTuple):
+class Sent(NamedTuple):
     """
-    The motion of the reference during a position period.
+    The newest message from the position loop to the velocity loop.
 
     Attributes
     ----------
-    acceleration : BodyAcceleration
-        ``cmd_accel`` [m/s²], [rad/s²].
+    command : BodyVelocity
+        ``cmd_vel``.
+    acceleration : BodyAcceleration or tuple
+        ``cmd_accel``; () without feedforward of the torques.
     since : int
-        Step of the velocity loop at the period's start.
+        Step of the velocity loop at which it was sent.
     """
 
-    acceleration: BodyAcceleration
+    command: BodyVelocity
+    acceleration: Any
     since: int
 
 
 class LoopState(NamedTuple):
     """
-    The state of all four nodes.
+    The state of the loop; the reference has none.
 
     Attributes
     ----------
-    plant : PlantState
-        Of the plant.
-    pi, law : VelocityPiState and NamedTuple
-        Of the velocity law, and of the position law.
-    command : BodyVelocity
+    robot : RobotState
+        Of the simulated robot.
+    velocity : VelocityPiState
+        Of the velocity law.
+    position : PositionState
+        Of the position loop.
+    sent : Sent
         The newest command.
-    drive : NamedTuple or tuple
-        Of the motors, with torques asked for and not yet applied, or of the base.
-    sensors : NamedTuple or tuple
-        Of the sensors; () if they are ideal.
-    held : HeldOdometry or tuple
-        Last odometry, for latency compensation; () without it.
-    coming : Coming or tuple
-        Input of the feedforward of the torques; () without it.
     """
 
-    plant: PlantState
-    pi: VelocityPiState
-    law: Any
-    command: BodyVelocity
-    drive: Any
-    sensors: Any
-    held: Any
-    coming: Any = ()
+    robot: RobotState
+    velocity: VelocityPiState
+    position: PositionState
+    sent: Sent
+
+
+def with_command(state: LoopState, command: BodyVelocity) -> LoopState:
+    """Return a state in which another command was sent."""
+    return state._replace(sent=state.sent._replace(command=command))
+
+
+def with_law(state: LoopState, law: Any) -> LoopState:
+    """Return a state with another state of the position law."""
+    return state._replace(position=state.position._replace(law=law))
 
 
 class PositionTick(NamedTuple):

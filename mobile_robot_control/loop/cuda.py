@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mobile_robot_control.control.laws import LAWS, prepared_gains
 from mobile_robot_control.loop import batch
-from mobile_robot_control.loop.closed_loop import Loop, LoopState
+from mobile_robot_control.loop.closed_loop import Loop, LoopState, with_law
 from mobile_robot_control.loop.cuda_kernels import (
     BLOCK,
     SIMULATED,
@@ -97,16 +97,19 @@ def _varied_rows(number: int, trials: VariedTrials) -> Iterator[tuple[Any, _Rows
             yield _key(one, tree), _Rows(number, [n * size + place for n, _ in alike], rows)
 
 
-def _places_of_gains(state: LoopState, loop: Loop) -> list[int]:
-    """Return where the numbers of a law's state and of the gains stand in a row of state and loop."""
-    at, places = 0, list[int]()
-    for tree, chosen in ((state, ('law',)), (loop, ('velocity_gains', 'law_gains', 'lead'))):
-        for name, part in tree._asdict().items():
-            size = len(flat(part))
-            if name in chosen:
-                places += range(at, at + size)
-            at += size
-    return places
+def _places_of_gains(state: LoopState, loop: Loop) -> NDArray[np.int64]:
+    """Return where the numbers of `LoopGains` stand in a row of state and loop, in their order."""
+    velocity, position = loop.velocity, loop.position
+
+    def row(number: float) -> list[float]:
+        def of(part: Any) -> Any:
+            return tuple(map(of, part)) if isinstance(part, tuple) else number
+
+        return flat((with_law(state, of(state.position.law)), loop._replace(
+            velocity=velocity._replace(gains=of(velocity.gains)),
+            position=position._replace(gains=of(position.gains), lead=of(position.lead)))))
+
+    return np.flatnonzero(np.subtract(row(1.0), row(0.0)) == 1.0)
 
 
 class Cuda:

@@ -14,7 +14,6 @@ from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.batch import TrialRunner
 from mobile_robot_control.loop.monte_carlo import Scenarios, make_judge
 from mobile_robot_control.loop.scenarios import (
-    Draw,
     Scenario,
     Scene,
     delayed_model,
@@ -30,6 +29,7 @@ from mobile_robot_control.loop.trial import (
     prepared_loop,
     report_failure,
 )
+from mobile_robot_control.model.drawn_robot import Draw
 from mobile_robot_control.model.plant_form import structure, value_names
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.settings.nodes import Configuration
@@ -194,7 +194,7 @@ class Drawing(NamedTuple):
             robots = scenarios.robots[chosen]
             for n, name in enumerate(scenarios.robot_names):
                 if name.startswith('plant.base.dead_time'):
-                    robots[:, n] += scenarios.delay[chosen] * scene.trial.loop.plant.dt
+                    robots[:, n] += scenarios.delay[chosen] * scene.trial.loop.robot.plant.dt
             rows = np.column_stack([
                 np.array(scene.cart) + scenarios.start[chosen], scenarios.mass[chosen], scenarios.friction[chosen],
                 scenarios.seed[chosen], robots[:, columns]]).astype(np.float64)

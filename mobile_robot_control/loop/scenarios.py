@@ -6,30 +6,22 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from mobile_robot_control.jit import jitable, jitable_apart
+from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.loop.closed_loop import Loop, LoopState
 from mobile_robot_control.loop.ticks import plant_grid
 from mobile_robot_control.loop.trial import Trial, make_trial
-from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.base import Base
-from mobile_robot_control.model.discretisation import discretise
-from mobile_robot_control.model.friction import Friction
+from mobile_robot_control.model.drawn_robot import Draw, make_drawn_robot, varied_values
 from mobile_robot_control.model.motors import Delay
 from mobile_robot_control.model.noise import Noise
-from mobile_robot_control.model.plant import TORQUE, Imperfections, PlantModel
-from mobile_robot_control.model.plant_form import (
-    PlantForm,
-    PlantValues,
-    drive_of_values,
-    plant_values,
-    sensors_of_values,
-)
+from mobile_robot_control.model.plant import TORQUE, PlantModel
+from mobile_robot_control.model.plant_form import PlantForm, PlantValues, plant_values, sensors_of_values
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.declaration import ParameterError, build, flatten
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.course import make_course
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.settings.nodes import Configuration, course_of, path_of
+from mobile_robot_control.trees import replacing
 
 ONE_RUN = 1e9
 """[steps] of a single run: hours, with a progress bar."""
@@ -147,15 +139,6 @@ def frictions(configuration: Configuration, scenarios: Sequence[Scenario]) -> tu
             sorted({dict(one.robot).get(COULOMB, plant.model.friction.coulomb) * one.friction for one in scenarios}))
 
 
-class Draw(NamedTuple):
-    """What a run in a scene has of its own: start, factors of mass and friction, and the seed of its noise."""
-
-    start: Pose
-    mass: float
-    friction: float
-    seed: int
-
-
 class Scene(NamedTuple):
     """
     What runs have in common that differ by their draws.
@@ -177,7 +160,7 @@ class Scene(NamedTuple):
     @property
     def varied(self) -> Callable[..., tuple[LoopState, Loop]]:
         """The function that computes a run's start and constants; see `make_varied`."""
-        form, sensors = self.trial.form.plant, self.trial.loop.sensors
+        form, sensors = self.trial.form.plant, self.trial.loop.robot.sensors
         return make_varied(form, *sensors_of_values(form, sensors))
 
     def run(self, draw: Draw) -> Trial:
@@ -196,12 +179,13 @@ def make_scene(configuration: Configuration, scenario: Scenario, laps: float, la
     model = delayed_model(varied.plant.model, scenario, 1.0 / shared.velocity_rate)
     driven = varied._replace(plant=varied.plant._replace(model=model))
     prepared = make_trial(driven, laps * course.period, late * course.period)
-    loop = prepared.loop
+    loop, velocity = prepared.loop, prepared.loop.velocity
     trial = prepared._replace(
         curve=scenario.curve,
+        placement=placement,
         path=prepared.path if scenario.curve == PATH else (),
-        loop=loop._replace(placement=placement,
-                           nominal=configuration.plant.shared.robot if loop.nominal else ()),
+        loop=loop._replace(velocity=velocity._replace(
+            nominal=configuration.plant.shared.robot if velocity.nominal else ())),
     )
     return Scene(trial, plant_values(shared.robot, model, plant_grid(configuration).velocity),
                  course.reference(0.0).pose)
@@ -223,37 +207,12 @@ def scenario_trial(configuration: Configuration, scenario: Scenario, laps: float
         Laps after which the late totals begin.
     """
     scene = make_scene(configuration, scenario, laps, late)
-    start = (scene.trial.state.plant.pose if scenario.start is None else
+    start = (scene.trial.state.robot.motion.pose if scenario.start is None else
              Pose(*map(operator.add, scene.cart, scenario.start)))
     return scene.run(Draw(start, scenario.mass, scenario.friction, scenario.noise.seed))
 
 
-@jitable
-def _varied_robot(robot: Robot, mass: float, friction: float) -> Robot:
-    """Return a robot with factors on its mass, with the inertia, and on its friction."""
-    return Robot(robot.mass * mass, robot.inertia * mass, robot.wheel_radius, robot.wheel_separation,
-                 robot.com_offset, robot.wheel_inertia, robot.viscous_friction * friction)
-
-
-@jitable
-def _varied_base(base: Base, mass: float, friction: float) -> Base:
-    """Return a base with factors of mass and friction on its lag and dead zone."""
-    (slow, slow_turn), (zone, turn_zone) = base.lag, base.dead_zone
-    return Base((slow * mass, slow_turn * mass), base.dead_time, base.max_speed, base.max_acceleration,
-                base.max_deceleration, (zone * friction, turn_zone * friction), base.quantum, base.command_rate,
-                base.command_jitter, base.wheel_gain, base.turn_gain, base.command_timeout)
-
-
-@jitable
-def varied_values(values: PlantValues, draw: Draw) -> PlantValues:
-    """Return the numbers of a plant with the factors and the seed of a draw."""
-    imperfect = values.imperfections
-    return PlantValues(
-        _varied_robot(values.robot, draw.mass, draw.friction),
-        Imperfections(Noise(imperfect.noise.pose, imperfect.noise.velocity, draw.seed), imperfect.delay,
-                      imperfect.disturbance),
-        values.motor, Friction(values.friction.coulomb * draw.friction),
-        _varied_base(values.base, draw.mass, draw.friction), values.odometry, values.max_wheel_torque, values.period)
+_with_state, _with_constants = replacing(LoopState, 'robot'), replacing(Loop, 'robot')
 
 
 @lru_cache(maxsize=64)
@@ -265,20 +224,12 @@ def make_varied(
 
     State and loop are those of the scene, with the events, windows and delays of its plant.
     """
-    drive_of = drive_of_values(form)
+    drawn_robot = make_drawn_robot(form, sensors_of, sensors_start)
 
     @jitable_apart
     def varied(state: LoopState, loop: Loop, values: PlantValues, draw: Draw) -> tuple[LoopState, Loop]:
-        found, begun = varied_values(values, draw), dynamics.at_rest(draw.start)
-        plant = discretise(found.robot, loop.plant.dt, loop.plant.centripetal_coupling)
-        sensors = sensors_of(found, loop.sensors)
-        return (
-            LoopState(begun, state.pi, state.law, state.command, state.drive, sensors_start(begun, sensors),
-                      state.held, state.coming),
-            Loop(plant, found.imperfections, found.max_wheel_torque, loop.command_limit, loop.velocity_gains,
-                 loop.law_gains, loop.limits, loop.placement, loop.position_dt, loop.odom_latency, loop.longest_age,
-                 drive_of(found, plant, loop.drive), sensors, loop.lead, loop.nominal),
-        )
+        robot, constants = drawn_robot(state.robot, loop.robot, values, draw)
+        return _with_state(state, robot), _with_constants(loop, constants)
 
     return varied
 

@@ -10,7 +10,7 @@ from mobile_robot_control.control.compensation import Lead
 from mobile_robot_control.control.law import LawStep, is_sound, law_failure
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
 from mobile_robot_control.control.velocity_pi import VelocityGains
-from mobile_robot_control.loop.closed_loop import Loop, LoopState
+from mobile_robot_control.loop.closed_loop import Loop, LoopState, with_law
 from mobile_robot_control.loop.cross_track import GrowingPath
 from mobile_robot_control.loop.indices import (
     MeasuredMotion,
@@ -38,6 +38,7 @@ from mobile_robot_control.loop.ticks import (
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.kinematics import wheel_velocity
 from mobile_robot_control.quantities import Pose, Reference, WheelTorque, period_nanoseconds
+from mobile_robot_control.reference.cart import Placement
 from mobile_robot_control.reference.course import Course
 from mobile_robot_control.reference.led_course import driven_course
 from mobile_robot_control.settings.nodes import Configuration, drawing_of, path_of
@@ -54,6 +55,8 @@ class Trial(NamedTuple):
     ----------
     law, curve : str
         Of LAWS and CURVES.
+    placement : Placement
+        Of the curve.
     loop : Loop
         Constants; its gains as declared, because the result of `Law.prepare` may not be sent to another process.
     state : LoopState
@@ -74,6 +77,7 @@ class Trial(NamedTuple):
 
     law: str
     curve: str
+    placement: Placement
     loop: Loop
     state: LoopState
     steps: int
@@ -132,9 +136,12 @@ class VariedTrials(Sequence[Trial]):
             return [self[k] for k in range(*n.indices(len(self)))]
         number, place = divmod(range(len(self))[n], len(self.trials))
         trial, gains = self.trials[place], self.gains[number]
+        loop = trial.loop
         return trial._replace(
-            law=gains.law, state=trial.state._replace(law=gains.start),
-            loop=trial.loop._replace(velocity_gains=gains.velocity, law_gains=gains.law_gains, lead=gains.lead))
+            law=gains.law, state=with_law(trial.state, gains.start),
+            loop=loop._replace(
+                velocity=loop.velocity._replace(gains=gains.velocity),
+                position=loop.position._replace(gains=gains.law_gains, lead=gains.lead)))
 
 
 class Outcome(NamedTuple):
@@ -175,7 +182,8 @@ def make_trial(configuration: Configuration, duration: float, late: float = 0.0)
     return Trial(
         law.name,
         configuration.reference_cart.curve.curve,
-        loop._replace(law_gains=gains),
+        configuration.reference_cart.curve.placement,
+        loop._replace(position=loop.position._replace(gains=gains)),
         state,
         round(duration * shared.velocity_rate),
         period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
@@ -188,13 +196,14 @@ def make_trial(configuration: Configuration, duration: float, late: float = 0.0)
 
 def course_of_trial(trial: Trial) -> Course:
     """Return the course of the cart in a trial."""
-    return driven_course(trial.curve, trial.loop.placement, trial.path, trial.drawing)
+    return driven_course(trial.curve, trial.placement, trial.path, trial.drawing)
 
 
 def prepared_loop(trial: Trial) -> Loop:
     """Return the constants of a trial's run, with prepared gains; raise ParameterError if `prepare` fails."""
-    loop = trial.loop
-    return loop._replace(law_gains=prepared_gains(LAWS[trial.law], loop.law_gains, loop.position_dt))
+    loop, position = trial.loop, trial.loop.position
+    return loop._replace(position=position._replace(
+        gains=prepared_gains(LAWS[trial.law], position.gains, loop.position_dt)))
 
 
 def make_rollout(
@@ -215,27 +224,27 @@ def bind(
     vary = variation_step(form.varies, form.plant.takes_velocity)
 
     def roll(state: LoopState, loop: Loop, given: Any, steps: int, ratio: int, late: int) -> Outcome:
-        robot, dt = loop.plant.robot, loop.plant.dt
+        robot, dt = loop.robot.plant.robot, loop.robot.plant.dt
         totals, late_totals, variation = _NOTHING, _NOTHING, _UNVARIED
         indices: Any = begun
-        initial, initial_pose = _NO_TORQUE, state.plant.pose
+        initial, initial_pose = _NO_TORQUE, state.robot.motion.pose
         pose = initial_pose
         for n in range(-(-steps // ratio)):
             first = n * ratio
-            pose = state.plant.pose
+            pose = state.robot.motion.pose
             state, _, error = position_tick(state, references_at(given, n), first, first * dt, loop)
-            if not is_sound(state.command):
+            if not is_sound(state.sent.command):
                 return Outcome(first, pose, initial, totals, late_totals, True, variation.total, indices)
             for k in range(first, min(first + ratio, steps)):
-                wheels = wheel_velocity(state.plant.velocity, robot)
+                wheels = wheel_velocity(state.robot.motion.velocity, robot)
                 state, _, applied = velocity_tick(state, k, loop)
                 # the period in which the motion diverges is not counted
-                if dynamics.diverged(state.plant, initial_pose):
+                if dynamics.diverged(state.robot.motion, initial_pose):
                     return Outcome(k, pose, initial, totals, late_totals, False, variation.total, indices)
                 if k == 0:
                     initial = applied
-                variation = vary(variation, state.command, applied, robot)
-                indices = index_step(indices, state.command, applied, robot)
+                variation = vary(variation, state.sent.command, applied, robot)
+                indices = index_step(indices, state.sent.command, applied, robot)
                 if has_torque:
                     totals = add_torque(totals, applied, wheels, dt)
                 if k == first:
@@ -244,7 +253,7 @@ def bind(
                     if k >= late:
                         late_totals = add_error(late_totals, error, loop.position_dt)
         if steps % ratio == 0:
-            pose = state.plant.pose
+            pose = state.robot.motion.pose
         return Outcome(steps, pose, initial, totals, late_totals, False, variation.total, indices)
 
     return roll
@@ -259,7 +268,7 @@ def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
     """Return the measured run of an outcome, in the form of every other run; it has no measured errors."""
     return MeasuredRun(
         outcome_name(trial, outcome),
-        outcome.steps * trial.loop.plant.dt,
+        outcome.steps * trial.loop.robot.plant.dt,
         outcome.final_pose,
         outcome.initial_torque,
         outcome.totals,
@@ -282,7 +291,7 @@ def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcom
 
 def failed_outcome(trial: Trial) -> Outcome:
     """Return the outcome of a trial whose law raised: it leaves no measurements."""
-    return Outcome(0, trial.state.plant.pose, _NO_TORQUE, _NOTHING, _NOTHING, True)
+    return Outcome(0, trial.state.robot.motion.pose, _NO_TORQUE, _NOTHING, _NOTHING, True)
 
 
 @lru_cache(maxsize=64)

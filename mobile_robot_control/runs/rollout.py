@@ -8,10 +8,9 @@ from typing import Any
 
 from mobile_robot_control.control.law import LawFailedError, is_sound, law_failure
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.loop.closed_loop import Coming, Loop, Sample
+from mobile_robot_control.loop.closed_loop import Sample, Sent
 from mobile_robot_control.loop.indices import MeasuredRun
 from mobile_robot_control.loop.ticks import (
-    UNKNOWN_TORQUE,
     driving_step,
     make_position_tick,
     make_velocity_tick,
@@ -19,8 +18,8 @@ from mobile_robot_control.loop.ticks import (
 )
 from mobile_robot_control.loop.trial import Trial, course_of_trial, make_trial, prepared_loop
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.disturbance import with_push
 from mobile_robot_control.model.plant_form import sensing
+from mobile_robot_control.model.simulation import UNKNOWN_TORQUE, pushed
 from mobile_robot_control.quantities import (
     NO_ACCELERATION,
     BodyVelocity,
@@ -38,13 +37,6 @@ from mobile_robot_control.settings.nodes import Configuration
 def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tuple[Any, BodyVelocity]:
     """Replace the step of a failed law: stand still."""
     return state, BodyVelocity(0.0, 0.0)
-
-
-def _pushed(loop: Loop, push: Push, k: int) -> Loop:
-    """Return the loop of one step with a push."""
-    imperfect, plant = loop.imperfections, loop.plant
-    return loop._replace(imperfections=imperfect._replace(
-        disturbance=with_push(imperfect.disturbance, push, k, plant.dt, plant.robot)))
 
 
 def rollout(
@@ -103,7 +95,7 @@ def trial_rollout(
     references_at = references_along(course_of_trial(trial), trial.form.horizon)
     position_period = trial.ratio * velocity_period
     applied = UNKNOWN_TORQUE if form.plant.takes_velocity else WheelTorque(0.0, 0.0)
-    noise = loop.imperfections.noise  # that of the scenario
+    noise = loop.robot.imperfections.noise  # that of the scenario
     exact = shows_the_truth(configuration) and not (any(noise.pose) or noise.velocity)
     for k in range(trial.steps + 1):
         nanoseconds = k * velocity_period
@@ -113,23 +105,24 @@ def trial_rollout(
             tick_again = partial(position_tick, state, references, k, time, loop)
             try:
                 after, tick, true = tick_again()
-                failure = '' if is_sound(after.command) else law_failure(tick_again)
+                failure = '' if is_sound(after.sent.command) else law_failure(tick_again)
             except BaseException as error:  # a law can raise anything
                 failure = law_failure(tick_again, error)
             if failure:
                 after, tick, true = make_position_tick(_stand, form)(state, references, k, time, loop)
-                after = after._replace(command=BodyVelocity(0.0, 0.0),
-                                       coming=Coming(NO_ACCELERATION, k) if after.coming else ())
-            truth = None if exact else Truth(state.plant.pose, state.plant.velocity, true)
+                after = after._replace(sent=Sent(
+                    BodyVelocity(0.0, 0.0), NO_ACCELERATION if after.sent.acceleration else (), k))
+            truth = None if exact else Truth(state.robot.motion.pose, state.robot.motion.velocity, true)
             state = after
-        before, over_last_step = state, applied
-        state, torque, applied = velocity_tick(state, k, _pushed(loop, pushes[k], k) if k in pushes else loop)
-        shown = before.sensors, before.plant, k, loop.sensors
-        yield Sample(nanoseconds / 1e9, tick, before.command, *sensors.angles(*shown), sensors.wheels(*shown),
+        before, over_last_step = state.robot, applied
+        acting = loop._replace(robot=pushed(loop.robot, pushes[k], k)) if k in pushes else loop
+        state, torque, applied = velocity_tick(state, k, acting)
+        shown = before.sensors, before.motion, k, loop.robot.sensors
+        yield Sample(nanoseconds / 1e9, tick, state.sent.command, *sensors.angles(*shown), sensors.wheels(*shown),
                      over_last_step, torque, truth)
         if failure:
             raise LawFailedError(f'at t = {time:g} s: {failure}')
-        if dynamics.diverged(state.plant, trial.state.plant.pose):
+        if dynamics.diverged(state.robot.motion, trial.state.robot.motion.pose):
             return
 
 

@@ -227,7 +227,7 @@ class Objective:
     def _score(self, outcomes: Sequence[Outcome]) -> float:
         """Combine the objectives of all scenarios."""
         scored = [
-            self._one_score(outcome, trial.loop.plant.dt) if outcome.steps == trial.steps else WORST
+            self._one_score(outcome, trial.loop.robot.plant.dt) if outcome.steps == trial.steps else WORST
             for outcome, trial in zip(outcomes, self._trials, strict=True)
         ]
         # a failed run makes the mean over the scenarios meaningless

@@ -85,11 +85,12 @@ class PlainC:
         self._roll = ctypes.CDLL(str(library)).roll
         shutil.rmtree(folder)
         loop = trial.loop
-        numbers = _flat((loop.plant.robot, loop.plant.linear, loop.plant.angular, loop.plant.dt, loop.position_dt,
-                         loop.velocity_gains, loop.law_gains, loop.motor_limit, loop.command_limit))
+        plant = loop.robot.plant
+        numbers = _flat((plant.robot, plant.linear, plant.angular, plant.dt, loop.position_dt, loop.velocity.gains,
+                         loop.position.gains, loop.robot.motor_limit, loop.velocity.limit))
         self._loop = np.array(numbers)
         self._references = np.array([(*one.pose, *one.velocity) for one in references(cart_motion(trial))])
-        self._start = np.array(_flat((trial.state.plant.pose, trial.state.plant.velocity, 0.0, 0.0)))
+        self._start = np.array(_flat((*trial.state.robot.motion[:2], 0.0, 0.0)))
         self._trial = trial
         self.state, self.totals = self._start.copy(), np.zeros(14)
 
@@ -105,16 +106,16 @@ class Continuous:
 
     def __init__(self, trial):
         self._trial = trial
-        pose = trial.state.plant.pose
+        pose = trial.state.robot.motion.pose
         self._start = [pose.x, pose.y, pose.heading, *[0.0] * 7]
 
     def _slopes(self, time, state):
         loop = self._trial.loop
-        robot, gains = loop.plant.robot, loop.velocity_gains
+        robot, gains = loop.robot.plant.robot, loop.velocity.gains
         x, y, heading, v, omega, common, differential = state[:7]
-        reference = reference_at(CURVES[self._trial.curve], time, loop.placement)
+        reference = reference_at(CURVES[self._trial.curve], time, self._trial.placement)
         error = tracking_error(reference.pose, Pose(x, y, heading))
-        _, command = backstepping.step(NoState(), observed(error, reference), loop.law_gains, 0.0)
+        _, command = backstepping.step(NoState(), observed(error, reference), loop.position.gains, 0.0)
         r, R = robot.wheel_radius, half_separation(robot)
         both, apart = R / r * gains.k1 * (command.linear - v), R / r * gains.k2 * (command.angular - omega)
         return [

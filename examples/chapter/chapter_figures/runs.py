@@ -9,7 +9,7 @@ from mobile_robot_control.control import hybrid_backstepping
 from mobile_robot_control.control.hybrid_backstepping import HybridState
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.velocity_pi import VelocityGains
-from mobile_robot_control.loop.closed_loop import Sample
+from mobile_robot_control.loop.closed_loop import Sample, with_command
 from mobile_robot_control.loop.ticks import make_velocity_tick, start
 from mobile_robot_control.quantities import BodyVelocity, Observation
 from mobile_robot_control.runs.rollout import rollout
@@ -109,8 +109,8 @@ class Runs:
         velocity_tick, rate = make_velocity_tick(), configuration.plant.shared.velocity_rate
         for k in range(round(duration * rate)):
             command = next((value for at, value in reversed(steps) if k / rate >= at), BodyVelocity(0.0, 0.0))
-            yield StepTick(k / rate, command, state.plant.velocity)
-            state, _, _ = velocity_tick(state._replace(command=command), k, loop)
+            yield StepTick(k / rate, command, state.robot.motion.velocity)
+            state, _, _ = velocity_tick(with_command(state, command), k, loop)
 
     def seeking(self, run: ChapterRun, duration: float) -> Iterator[tuple[Sample, HybridState]]:
         """Run a hybrid law over a duration [s]; yield each position tick and the law's state before its step."""

@@ -3,22 +3,12 @@
 from typing import Any
 
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.model.discretisation import discretise
-from mobile_robot_control.model.disturbance import with_push
 from mobile_robot_control.model.dynamics import PlantState
 from mobile_robot_control.model.noise import pose_variances, twist_variances
 from mobile_robot_control.model.odometry import WheelAngles
-from mobile_robot_control.model.plant_form import (
-    Grid,
-    drive_at_rest,
-    drive_constants,
-    drive_step,
-    plant_form,
-    sensing,
-    sensor_values,
-    sensors_at_rest,
-)
+from mobile_robot_control.model.plant_form import Grid, plant_form, sensing
 from mobile_robot_control.model.sensors import sensed_pose_variances, sensed_twist_variances, shown_sample
+from mobile_robot_control.model.simulation import RobotState, pushed, robot_at_rest, robot_constants, robot_step
 from mobile_robot_control.quantities import BodyVelocity, Pose, Push, WheelTorque, WheelVelocity, period_nanoseconds
 from mobile_robot_control.settings.nodes import PlantParameters
 
@@ -41,8 +31,6 @@ class SimulatedRobot:
     ----------
     k : int
         Steps so far.
-    state : PlantState
-        True motion.
     applied : WheelTorque or None
         Over the last step [N m]; None for a base that takes velocity commands.
     takes_velocity : bool
@@ -51,25 +39,25 @@ class SimulatedRobot:
     """
 
     def __init__(self, values: PlantParameters) -> None:
-        shared, model = values.shared, values.model
-        self._form = form = plant_form(model)
-        grid = Grid(period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate))
+        shared, self._model = values.shared, values.model
+        self._form = form = plant_form(self._model)
+        self._grid = Grid(period_nanoseconds(shared.velocity_rate), period_nanoseconds(shared.position_rate))
         self.takes_velocity = form.takes_velocity
-        self._model, self._grid = model, grid
-        self._step, self._sensing = drive_step(form), sensing(form)
-        self._discrete = discretise(shared.robot, 1.0 / shared.velocity_rate, model.centripetal_coupling)
-        self._constants = drive_constants(model, self._discrete, grid)
-        self._sensor_values = sensor_values(model, shared.robot, grid)
+        self._step, self._sensing = robot_step(form), sensing(form)
+        self._constants = robot_constants(shared.robot, self._model, self._grid, 1.0 / shared.velocity_rate)
         self.begin(values.initial_pose)
 
     def begin(self, initial_pose: tuple[float, ...]) -> None:
         """Begin a run at rest at a pose [m], [m], [rad]."""
         self.k = 0
         self._start = Pose(*initial_pose)
-        self.state = dynamics.at_rest(self._start)
         self.applied = None if self.takes_velocity else WheelTorque(0.0, 0.0)
-        self._drive = drive_at_rest(self._model, self._grid)
-        self._sensors = sensors_at_rest(self.state, self._sensor_values)
+        self._robot: RobotState = robot_at_rest(self._model, self._grid, self._constants, self._start)
+
+    @property
+    def state(self) -> PlantState:
+        """True motion."""
+        return self._robot.motion
 
     @property
     def diverged(self) -> bool:
@@ -87,26 +75,18 @@ class SimulatedRobot:
 
         A push acts over this period in addition to other disturbances; a base has no forces and ignores it.
         """
-        if isinstance(asked, BodyVelocity):
-            self.state, self._drive = self._step(self.state, self._drive, asked, self.k, self._constants)
-            less = any(exceeds((one,), limit) for one, limit in zip(asked, self._model.base.max_speed, strict=True))
-        else:
-            imperfect = self._model.imperfections
-            if push is not None:
-                imperfect = imperfect._replace(disturbance=with_push(
-                    imperfect.disturbance, push, self.k, self._discrete.dt, self._discrete.robot))
-            self.state, self._drive, acting, self.applied = self._step(
-                self.state, self._drive, asked, self.k, self._discrete, imperfect, self._model.max_wheel_torque,
-                self._constants)
-            less = exceeds(acting, self._model.max_wheel_torque) or exceeds(acting, self._model.motor.stall_torque)
+        constants = self._constants if push is None else pushed(self._constants, push, self.k)
+        self._robot, acting, applied = self._step(self._robot, asked, self.k, constants)
         self.k += 1
-        self._sensors = self._sensing.advance(*self._shown)
-        return less
+        if isinstance(asked, BodyVelocity):
+            return any(exceeds((one,), limit) for one, limit in zip(asked, self._model.base.max_speed, strict=True))
+        self.applied = applied
+        return exceeds(acting, self._model.max_wheel_torque) or exceeds(acting, self._model.motor.stall_torque)
 
     @property
     def _shown(self) -> tuple[Any, PlantState, int, Any]:
         """The arguments of the sensors."""
-        return self._sensors, self.state, self.k, self._sensor_values
+        return self._robot.sensors, self._robot.motion, self.k, self._constants.sensors
 
     @property
     def has_sensors(self) -> bool:
@@ -116,11 +96,13 @@ class SimulatedRobot:
     @property
     def sampled(self) -> int:
         """The step at which the present odometry was sampled."""
-        return shown_sample(self._sensors, self.k, self._sensor_values).k if self._form.has_sensors else self.k
+        if not self._form.has_sensors:
+            return self.k
+        return shown_sample(self._robot.sensors, self.k, self._constants.sensors).k
 
     def variances(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return the diagonals of the covariances that the sensors add to pose and twist."""
-        values = self._sensor_values
+        values = self._constants.sensors
         if self._form.has_sensors:
             return sensed_pose_variances(values), sensed_twist_variances(values)
         return pose_variances(values.noise), twist_variances(values.noise, values.robot)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 
-from mobile_robot_control.control import velocity_pi
+from mobile_robot_control.control.velocity_loop import Asked, VelocityConstants, velocity_step
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.messages.parsing import RefusedMessageError
 from mobile_robot_control.model.kinematics import body_velocity
@@ -67,14 +67,12 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         """Return the wheel torques."""
         measured = body_velocity(inputs.value('joint_states'), self._shared.robot)
         command, acceleration = inputs.value('cmd_vel'), self._acceleration(inputs)
-        gains, robot, limit = self.parameters.gains, self._shared.robot, self.parameters.max_wheel_torque
-        if command is not None and acceleration is not None:
-            self._state, torque = velocity_pi.fed_step(
-                self._state, command, acceleration, min(inputs.age('cmd_vel'), self._position_period / 1e9), measured,
-                gains, robot, limit, dt)
-        else:
-            self._state, torque = velocity_pi.step(
-                self._state, _ZERO if command is None else command, measured, gains, robot, limit, dt)
+        robot, limit = self._shared.robot, self.parameters.max_wheel_torque
+        fed = command is not None and acceleration is not None
+        age = min(inputs.age('cmd_vel'), self._position_period / 1e9) if fed else 0.0
+        self._state, torque = velocity_step(fed)(
+            self._state, Asked(_ZERO if command is None else command, acceleration, age), measured,
+            VelocityConstants(self.parameters.gains, limit, robot), robot, dt)
         self._saturated = 0.0 < limit <= max(abs(torque.right), abs(torque.left))
         return {'wheel_torques': torque}
 

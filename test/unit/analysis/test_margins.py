@@ -22,6 +22,7 @@ from mobile_robot_control.analysis.modelled import pattern_of, smooth_part
 from mobile_robot_control.analysis.promises import promise, warnings_of
 from mobile_robot_control.control.hybrid_backstepping import TRACKING
 from mobile_robot_control.control.velocity_pi import spectral_radius
+from mobile_robot_control.loop.closed_loop import with_command
 from mobile_robot_control.loop.scenarios import configured_scenario
 from mobile_robot_control.loop.ticks import make_position_tick
 from mobile_robot_control.quantities import WheelTorque
@@ -96,15 +97,17 @@ VELOCITY_GAINS = {'gains.k1': 0.5, 'gains.ti1': 0.03, 'gains.k2': 0.7, 'gains.ti
 def growth_of_velocity(parameters, gain=1.0, delay=0):
     """Drive the velocity loop from a small error; return what is left of it, relative."""
     lap = lap_loop(parameters)
-    gains = lap.loop.velocity_gains
-    loop = lap.loop._replace(velocity_gains=gains._replace(k1=gain * gains.k1, k2=gain * gains.k2))
+    gains = lap.loop.velocity.gains
+    loop = lap.loop._replace(velocity=lap.loop.velocity._replace(
+        gains=gains._replace(k1=gain * gains.k1, k2=gain * gains.k2)))
     state = next(followed_lap(parameters)).state
-    state = state._replace(drive=(WheelTorque(0.0, 0.0),) * delay, command=BodyVelocity(0.01, 0.01),
-                           plant=state.plant._replace(velocity=BodyVelocity(0.0, 0.0)))
+    state = with_command(state, BodyVelocity(0.01, 0.01))._replace(robot=state.robot._replace(
+        drive=(WheelTorque(0.0, 0.0),) * delay, motion=state.robot.motion._replace(velocity=BodyVelocity(0.0, 0.0))))
     errors = []
     for k in range(400):
         state = lap.velocity_tick(state, k, loop)[0]
-        errors.append(math.hypot(state.plant.velocity.linear - 0.01, state.plant.velocity.angular - 0.01))
+        velocity = state.robot.motion.velocity
+        errors.append(math.hypot(velocity.linear - 0.01, velocity.angular - 0.01))
     return max(errors[-20:]) / max(errors[:20])
 
 
@@ -144,21 +147,22 @@ def growth_of_position(parameters, gain=1.0, ticks_late=0):
 
     def run(offset):
         state = followed.state
-        plant = state.plant._replace(pose=state.plant.pose._replace(x=state.plant.pose.x + offset))
-        state, waiting, poses = state._replace(plant=plant), [], []
+        motion = state.robot.motion
+        motion = motion._replace(pose=motion.pose._replace(x=motion.pose.x + offset))
+        state, waiting, poses = state._replace(robot=state.robot._replace(motion=motion)), [], []
         acting = followed.command
         for n in range(700):
             k = followed.k + n * lap.ratio
             references = references_at(k // lap.ratio * period, period)
-            state = lap.position_tick(state, references, k, k * lap.loop.plant.dt, lap.loop)[0]
-            amplified = (mean + gain * (asked - mean) for asked, mean in zip(state.command, followed.command,
-                                                                             strict=True))
+            state = lap.position_tick(state, references, k, k * lap.loop.robot.plant.dt, lap.loop)[0]
+            amplified = (mean + gain * (asked - mean) for asked, mean in zip(
+                state.sent.command, followed.command, strict=True))
             waiting.append((n * lap.ratio + ticks_late, BodyVelocity(*amplified)))
             for j in range(lap.ratio):
                 while waiting and waiting[0][0] <= n * lap.ratio + j:
                     acting = waiting.pop(0)[1]
-                state = lap.velocity_tick(state._replace(command=acting), k + j, lap.loop)[0]
-            poses.append(state.plant.pose[:2])
+                state = lap.velocity_tick(with_command(state, acting), k + j, lap.loop)[0]
+            poses.append(state.robot.motion.pose[:2])
         return poses
 
     apart = [math.dist(a, b) for a, b in zip(run(1e-7), run(0.0), strict=True)]
@@ -277,7 +281,7 @@ def test_margins_are_the_worst_along_the_curve_with_their_places():
 def test_a_law_that_switches_where_it_is_linearised_has_no_margins():
     parameters = configured('hybrid_backstepping.yaml')
     lap, tick = lap_loop(parameters), next(followed_lap(parameters))
-    at = tick.state.plant.pose
+    at = tick.state.robot.motion.pose
 
     def switching(state, observation, gains, dt):
         return state, BodyVelocity(0.5 if observation.error.lateral > lateral else 0.4, 0.1)
@@ -290,7 +294,7 @@ def test_a_law_that_switches_where_it_is_linearised_has_no_margins():
     lateral += 0.1
     assert not math.isnan(margins_of(linear_position_loop(switched, [tick])).gain)
     # the hybrid law is looked at as it tracks
-    assert (tick.state.law.seen, tick.state.law.fade) == (TRACKING.seen, TRACKING.fade)
+    assert (tick.state.position.law.seen, tick.state.position.law.fade) == (TRACKING.seen, TRACKING.fade)
 
 
 @pytest.mark.parametrize(('file', 'changed', 'reason'), [

@@ -149,7 +149,7 @@ def test_the_robot_and_the_coming_reference_are_there_for_torques_of_feedforward
     shared = {'feedforward.enabled': enabled, 'reference_horizon': int(enabled)}
     loop, state = start(configure({node: {**shared, **({'drive': drive} if node == 'plant' else {})}
                                    for node in NODES}))
-    assert bool(loop.nominal) is bool(state.coming) is there
+    assert bool(loop.velocity.nominal) is bool(state.sent.acceleration) is there
 
 
 @pytest.mark.parametrize('law', LAWS)

@@ -38,7 +38,8 @@ for law in LAWS:
         one = make_trial(loop, 0.04)
         trials = [one, one._replace(form=one.form._replace(indices=True))]
         # as a search varies them, here by the velocity gains and the times of the feedforward
-        gains = [LoopGains(law, one.state.law, one.loop.velocity_gains._replace(k1=k), one.loop.law_gains, Lead(k, k))
+        gains = [LoopGains(law, one.state.position.law, one.loop.velocity.gains._replace(k1=k), one.loop.position.gains,
+                           Lead(k, k))
                  for k in (0.1, 0.2)]
         varied = VariedTrials([one, one._replace(steps=10)], gains)
         assert repr(gpu.together([trials, varied])) == repr(

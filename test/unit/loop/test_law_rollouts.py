@@ -68,7 +68,8 @@ def configured():
 def trials_of(*gains):
     """Return trials as a search makes them, which does not check the gains that it draws."""
     one = make_trial(configured(), 0.5)
-    return [one._replace(loop=one.loop._replace(law_gains=Gains(gain))) for gain in gains]
+    position = one.loop.position
+    return [one._replace(loop=one.loop._replace(position=position._replace(gains=Gains(gain)))) for gain in gains]
 
 
 def plainly(trials):
@@ -155,7 +156,8 @@ def test_what_prepare_returns_is_made_in_the_process_that_runs_the_law(registere
     registered(Law('other', forward, Gains))
     trials = trials_of(*(n / 10 for n in range(1, 21)))
     found = pool(trials)
-    assert [one.loop.law_gains.gain for one, outcome in zip(trials, found, strict=True) if outcome.law_failed] == [0.3]
+    failed = [one for one, outcome in zip(trials, found, strict=True) if outcome.law_failed]
+    assert [one.loop.position.gains.gain for one in failed] == [0.3]
     assert found[:2] + found[3:] == plainly(trials[:2] + trials[3:])
 
 

@@ -66,15 +66,15 @@ def test_a_scenario_sets_robot_start_curve_noise_and_delay():
     assert scenario_trial(parameters, configured_scenario(parameters), 0.5, 0.25) == make_trial(parameters, 8.0, 4.0)
     scenario = Scenario('lemniscate', 0.5, Pose(0.1, -0.2, math.pi), 1.2, 0.8, Noise(seed=5), 2)
     made = scenario_trial(Configuration(), scenario, 1.0, 0.75)
-    robot, nominal = made.loop.plant.robot, Configuration().plant.shared.robot
+    robot, nominal = made.loop.robot.plant.robot, Configuration().plant.shared.robot
     assert (robot.mass, robot.inertia) == (nominal.mass * 1.2, nominal.inertia * 1.2)
     assert robot.viscous_friction == nominal.viscous_friction * 0.8
     assert made.curve == 'lemniscate'
-    assert made.loop.placement.scale == 0.5
+    assert made.placement.scale == 0.5
     # the cart starts at (0.5, 0), heading pi/2
-    assert made.state.plant.pose == pytest.approx((0.6, -0.2, -0.5 * math.pi))
-    assert len(made.state.drive) == 2
-    assert made.loop.imperfections.noise.seed == 5
+    assert made.state.robot.motion.pose == pytest.approx((0.6, -0.2, -0.5 * math.pi))
+    assert len(made.state.robot.drive) == 2
+    assert made.loop.robot.imperfections.noise.seed == 5
     assert (made.steps, made.late) == (8000, 6000)
 
 
@@ -131,7 +131,7 @@ def test_the_score_is_the_mean_or_the_worst_of_equation_29_and_the_variation_per
     assert objective_of(LAP, near, far).score(start) == pytest.approx(sum(single) / 2.0, rel=1e-15)
     assert objective_of(LAP, near, far, combine='worst').score(start) == max(single)
     assert objective_of(LAP, near, literal=True).score(start) < single[0]
-    rough = outcomes[0].variation / (trials[0].steps * trials[0].loop.plant.dt)
+    rough = outcomes[0].variation / (trials[0].steps * trials[0].loop.robot.plant.dt)
     assert rough > 0.0
     assert objective_of(LAP, near, smooth=3.0).score(start) == pytest.approx(single[0] + 3.0 * rough, rel=1e-12)
     # only a base that is driven by velocity is searched with a weight
@@ -233,8 +233,9 @@ def test_the_spread_over_seeds_is_that_of_the_configured_run_where_something_is_
 def test_mass_is_lag_and_friction_is_the_dead_zone_of_a_base():
     base, same = (short_lap(drive='velocity', **{'base.lag': lag, 'base.dead_zone': zone})
                   for lag, zone in (([0.1, 0.2], [0.01, 0.02]), ([0.15, 0.3], [0.03, 0.06])))
-    varied, expected = (scenario_trial(parameters, NOMINAL._replace(mass=mass, friction=friction), 1.0, 0.0).loop.drive
-                        for parameters, mass, friction in ((base, 1.5, 3.0), (same, 1.0, 1.0)))
+    varied, expected = (
+        scenario_trial(parameters, NOMINAL._replace(mass=mass, friction=friction), 1.0, 0.0).loop.robot.drive
+        for parameters, mass, friction in ((base, 1.5, 3.0), (same, 1.0, 1.0)))
     assert [varied.linear.dead_zone, varied.angular.dead_zone] == pytest.approx([0.03, 0.06])
     assert varied.linear.response.end == pytest.approx(expected.linear.response.end)
     assert varied.angular.response.end == pytest.approx(expected.angular.response.end)

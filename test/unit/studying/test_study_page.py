@@ -39,7 +39,7 @@ NEAR = Judgement('near the cart')
 
 def outcome(trial):
     """The measured outcome of a trial in plain Python."""
-    curve, placement = CURVES[trial.curve], trial.loop.placement
+    curve, placement = CURVES[trial.curve], trial.placement
     roll = make_rollout(LAWS[trial.law].step, lambda _, n: (reference_at(curve, n * 20_000_000 / 1e9, placement),),
                         trial.form)
     return roll(trial.state, trial.loop, None, trial.steps, trial.ratio, trial.late)
