@@ -32,6 +32,8 @@ AGREE = 0.02
 JUDGED = ('rms_position_error', 'max_position_error', 'settling_time', 'peak_wheel_torque', 'energy',
           'torque_variation', 'command_variation')
 """The metrics that are kept of every run."""
+SEARCHED, CONFIGURED, FED = 'searched', 'configured', 'feedforward'
+"""Gains of a result: those of a search, those configured, and those of a search with feedforward."""
 NOT_SEARCHED = 'not searched'
 """First words of the reason of a result whose search could drive no candidate."""
 _RESULT = FileKind('cell', 1 << 30)
@@ -170,6 +172,16 @@ def judged_runs(result: Mapping[str, Any]) -> JudgedRuns:
 def was_searched(result: Mapping[str, Any]) -> bool:
     """Return whether a result, or a row of the table, is of gains: no search may have found any that can be driven."""
     return not result['reason'].startswith(NOT_SEARCHED)
+
+
+def runs_of(result: Mapping[str, Any], runs: int) -> JudgedRuns | None:
+    """Return the judged runs of a result: none of gains that no search found, failures of a law that cannot run."""
+    if 'success' in result:
+        return judged_runs(result)
+    if not was_searched(result):
+        return None
+    return JudgedRuns(np.zeros(runs, bool), {name: np.full(runs, math.inf) for name in JUDGED},
+                      np.full(runs, 'law_failed'))
 
 
 def gains_of(cell: Cell, result: Mapping[str, Any]) -> Gains:
