@@ -26,6 +26,7 @@ from mobile_robot_control.benchmarking.table import (
     COLUMNS,
     is_first,
     last_summary,
+    law_text,
     number_text,
     place_text,
     rank_text,
@@ -273,7 +274,7 @@ def table_lines(values: Mapping[str, Any]) -> Iterator[str]:
                 table_row(['law', 'place', 'unbeaten on', 'better', 'worse', 'largest error to the best',
                            'least success']), f'|{"---|" * 7}')
     for one in summary:
-        yield table_row([one['law'], place_text(one), f'{one["unbeaten"]} of {one["tracks"]}',
+        yield table_row([law_text(values, one['law']), place_text(one), f'{one["unbeaten"]} of {one["tracks"]}',
                          f'{one["wins"]} of {one["comparisons"]}', str(one['losses']),
                          f'{one["largest_ratio"]:.2f}, {one["largest_on"]}',
                          f'{100.0 * one["least_success"]:.1f} %, {one["least_on"]}'])
@@ -283,7 +284,7 @@ def table_lines(values: Mapping[str, Any]) -> Iterator[str]:
     yield from ('', 'Each cell has the ranks that the law may have, and its median RMS error over all seeds and the '
                 'runs in which it succeeds; bold where no law is known to be better. Hash '
                 f'`{values["hash"]}`.', '')
-    yield from (table_row(['track', 'seeds', *laws]), f'|{"---|" * (2 + len(laws))}')
+    yield from (table_row(['track', 'seeds', *(law_text(values, law) for law in laws)]), f'|{"---|" * (2 + len(laws))}')
     for track, found in ranks.tracks.items():
         by_law = {row['law']: row for row in found}
         yield table_row([track, str(max(row['seeds'] for row in found)), *(_cell(by_law[law]) for law in laws)])
@@ -303,7 +304,7 @@ def summary_table(values: Mapping[str, Any]) -> Iterator[str]:
     count = max(one['tracks'] for one in last_summary(values))
     yield from (f'| law | unbeaten, of {count} tracks | comparisons better : worse |', '|---|---|---|')
     for one in last_summary(values):
-        yield table_row([f'[{one["law"]}](docs/laws.md#{one["law"]})', str(one['unbeaten']),
+        yield table_row([f'[{law_text(values, one["law"])}](docs/laws.md#{one["law"]})', str(one['unbeaten']),
                          f'{one["wins"]} : {one["losses"]}'])
     yield from ('', f'In {values["at_edge"]} of {values["converged"][1]} searches a gain ends at an edge of its '
                 'bounds: wider ones may change these counts.')

@@ -92,10 +92,26 @@ class Cell(NamedTuple):
         return folder / f'{name}.{self.seed}.{digest}.json'
 
     def configuration(self) -> Configuration:
-        """Return the loop with the law, its gains as configured."""
-        return self.track.sources(self.more).with_values({
-            'position_controller.controller_type': self.law,
-            '/**.feedforward.enabled': self.feedforward}).configuration()
+        """Return the loop with the law, its gains as configured, and with the horizon that it declares."""
+        return self.sources().with_values({'/**.feedforward.enabled': self.feedforward}).configuration()
+
+    def sources(self) -> ParameterSources:
+        """Return the parameters of its loop: those of the track, with the law and the horizon that it declares."""
+        return self._with_horizon().with_values({'position_controller.controller_type': self.law})
+
+    def _with_horizon(self) -> ParameterSources:
+        given, horizon = self.track.sources(self.more), LAWS[self.law].horizon
+        if horizon and horizon > given.configuration().plant.shared.reference_horizon:
+            given = given.with_values({'/**.reference_horizon': horizon})
+        return given
+
+    def refused_horizon(self) -> str:
+        """Return why the track does not give the horizon that the law declares; '' if it does."""
+        try:
+            self._with_horizon().configuration()
+        except ParameterError as error:
+            return f'no horizon of {LAWS[self.law].horizon} ticks: {"; ".join(dict.fromkeys(error.violations))}'
+        return ''
 
     @property
     def rollouts(self) -> int:
@@ -186,5 +202,4 @@ def runs_of(result: Mapping[str, Any], runs: int) -> JudgedRuns | None:
 
 def gains_of(cell: Cell, result: Mapping[str, Any]) -> Gains:
     """Return the gains of a result, exactly as they were judged."""
-    return space.configured_gains(cell.track.sources(cell.more).with_values({
-        'position_controller.controller_type': cell.law, **result['gains']}).configuration())
+    return space.configured_gains(cell.sources().with_values(result['gains']).configuration())

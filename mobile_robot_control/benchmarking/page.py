@@ -11,6 +11,7 @@ from mobile_robot_control.benchmarking.cell import CONFIGURED, FED
 from mobile_robot_control.benchmarking.table import (
     is_first,
     last_summary,
+    law_text,
     place_text,
     rank_text,
     undone_lines,
@@ -95,7 +96,7 @@ def _summary(values: Mapping[str, Any]) -> str:
     rows = []
     for one in last_summary(values):
         ratio, success = one['largest_ratio'], one['least_success']
-        rows.append([page.breakable(one['law']), _cell(place_text(one), one['place']),
+        rows.append([page.breakable(law_text(values, one['law'])), _cell(place_text(one), one['place']),
                      _cell(f'{one["unbeaten"]} of {one["tracks"]}', one['unbeaten']),
                      _cell(f'{one["wins"]} of {one["comparisons"]}', one['wins']), str(one['losses']),
                      '–' if ratio is None else _cell(f'{ratio:.2f}, {one["largest_on"]}', ratio),
@@ -111,12 +112,13 @@ def _track(values: Mapping[str, Any], track: str, budget: int) -> str:
     for row in values['ranks']:
         if (row['track'], row['budget']) != (track, budget):
             continue
+        law = page.breakable(law_text(values, row['law']))
         if row['rank'] is None:
-            rows.append([page.breakable(row['law']), rank_text(row), *['–'] * (len(_RANKS) - 2)])
+            rows.append([law, rank_text(row), *['–'] * (len(_RANKS) - 2)])
             continue
         ranks = _cell(rank_text(row), row['rank'])
         rows.append([
-            page.breakable(row['law']), f'<span class="best">{ranks}</span>' if is_first(row) else ranks, *_ratio(row),
+            law, f'<span class="best">{ranks}</span>' if is_first(row) else ranks, *_ratio(row),
             quantity(row['rms'], 'm'), _cell(f'{100.0 * row["success"]:.1f} %', row['success']),
             '–' if row['converged'] is None else f'{row["converged"]} of {row["seeds"]}',
             '–' if row['at_edge'] is None else str(row['at_edge']),

@@ -76,7 +76,9 @@ def run_cell(cell: Cell, work: Work) -> dict[str, Any] | None:
     try:
         configuration = cell.configuration()
     except ParameterError as error:
-        return {'results': [{'budget': budget, 'reason': '; '.join(error.violations)}
+        refused = cell.refused_horizon()
+        reason = f'{NOT_SEARCHED}: {refused}' if refused else '; '.join(error.violations)
+        return {'results': [{'budget': budget, 'reason': reason}
                             for budget in cell.budgets or (0,)], 'configured': None, 'step_time': None, 'drawn': None}
     results = []
     gains, told, reason = space.configured_gains(configuration), dict[str, Any](), ''

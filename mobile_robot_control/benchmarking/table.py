@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from mobile_robot_control.benchmarking.cell import CONFIGURED, FED, NOT_SEARCHED, SEARCHED, Cell, runs_of
+from mobile_robot_control.benchmarking.cell import CONFIGURED, FED, NOT_SEARCHED, SEARCHED, Cell, runs_of, was_searched
 from mobile_robot_control.benchmarking.engine import Benchmark, Done, published_rows
-from mobile_robot_control.benchmarking.judged_table import csv_text
+from mobile_robot_control.benchmarking.judged_table import csv_text, horizons_of
 from mobile_robot_control.benchmarking.ranking import (
     LEAST_SUCCESS,
     RANKED,
@@ -79,6 +79,7 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
         'not_loaded': dict(LAWS.failures),
         'not_repeatable': [law for law in benchmark.laws if law in driven and LAWS[law] not in BUILT_IN
                            and not is_repeatable(LAWS[law])],
+        'horizons': {**(table.horizons if table else {}), **horizons_of(benchmark.laws)},
         'against': {'hash': table.hash, 'added': list(benchmark.laws), 'undone': undone} if table else None,
         'summary': [row for budget in benchmark.budgets or (0,)
                     for row in summary_of(laws, budget, ranks, pairs, groups)],
@@ -268,7 +269,8 @@ def latex_table(values: Values) -> str:
         cells = [place_text(one), f'{one["unbeaten"]} of {one["tracks"]}', f'{one["wins"]} : {one["losses"]}',
                  '--' if one['largest_ratio'] is None else f'{one["largest_ratio"]:.2f}',
                  '--' if one['least_success'] is None else f'{100.0 * one["least_success"]:.1f}\\,\\%']
-        lines.append(f'{one["law"].replace("_", chr(92) + "_")} & {" & ".join(cells).replace("–", "--")} ' + r'\\')
+        law = law_text(values, one['law']).replace('_', r'\_')
+        lines.append(f'{law} & {" & ".join(cells).replace("–", "--")} ' + r'\\')
     return '\n'.join([*lines, r'\hline', r'\end{tabular}', f'% hash {values["hash"]}', ''])
 
 
@@ -276,6 +278,20 @@ def last_summary(values: Values) -> list[Any]:
     """Return the summary of the largest budget."""
     largest = max(values['budgets'], default=0)
     return [row for row in values['summary'] if row['budget'] == largest]
+
+
+def law_text(values: Values, law: str) -> str:
+    """
+    Return the name of a law, and how far it looks ahead.
+
+    Examples
+    --------
+    >>> law_text({'horizons': {'predictive': 20}}, 'predictive'), law_text({'horizons': {}}, 'lqr')
+    ('predictive (preview of 20 ticks)', 'lqr')
+
+    """
+    ticks = values.get('horizons', {}).get(law)
+    return f'{law} (preview of {ticks} ticks)' if ticks else law
 
 
 def rank_text(row: Values) -> str:
@@ -335,7 +351,7 @@ def against_lines(values: Values) -> Iterator[str]:
     for law in values['against']['added']:
         ranks = [f'{row["track"]} {rank_text(row)}' for row in values['ranks']
                  if (row['law'], row['budget']) == (law, largest)]
-        yield f'{law} ranks among {len(values["laws"])} laws: {", ".join(ranks)}'
+        yield f'{law_text(values, law)} ranks among {len(values["laws"])} laws: {", ".join(ranks)}'
     yield from (f'no more certain, among more comparisons: {line}' for line in undone_lines(values))
 
 
@@ -346,17 +362,20 @@ def undone_lines(values: Values) -> Iterator[str]:
 
 def summary_lines(values: Values) -> Iterator[str]:
     """Yield what the command prints: the laws over all tracks, the published numbers, and the hash."""
-    reasons = {row['law']: f' ({row["reason"]})' for row in reversed(values['results']) if row['reason']}
+    failing, missing = ({row['law']: f' ({row["reason"].removeprefix(f"{NOT_SEARCHED}: ")})'
+                         for row in reversed(values['results']) if row['reason'] and was_searched(row) is searched}
+                        for searched in (True, False))
     for one in last_summary(values):
         other = ''.join(f'; {what} on {", ".join(tracks)}{reason}' for what, tracks, reason in (
-            ('fails in most runs', one['failed'], reasons.get(one['law'], '')),
-            (NOT_SEARCHED, one['not_searched'], '')) if tracks)
+            ('fails in most runs', one['failed'], failing.get(one['law'], '')),
+            (NOT_SEARCHED, one['not_searched'], missing.get(one['law'], ''))) if tracks)
+        law = law_text(values, one['law'])
         if one['place'] is None:
-            yield f'{one["law"]}{other}'.replace(';', ':', 1)
+            yield f'{law}{other}'.replace(';', ':', 1)
             continue
         largest = '' if one['largest_ratio'] is None else (
             f'error at most {one["largest_ratio"]:.2f} times that of the best law ({one["largest_on"]}), ')
-        yield (f'{one["law"]}: unbeaten on {one["unbeaten"]} of {one["tracks"]} tracks; of {one["comparisons"]} '
+        yield (f'{law}: unbeaten on {one["unbeaten"]} of {one["tracks"]} tracks; of {one["comparisons"]} '
                f'comparisons better in {one["wins"]}, worse in {one["losses"]}; {largest}success in '
                f'{100.0 * one["least_success"]:.1f} % of the runs or more{other}')
     yield from (f'not loaded: {reason}' for reason in values.get('not_loaded', {}).values())
