@@ -96,13 +96,15 @@ class Benchmark:
         if not tracks or len(self.tracks) < len(tracks):
             raise ParameterError(['--tracks: two files have one name; rename one' if tracks else
                                   '--tracks: the package is installed without its tracks; name files of your own'])
+        seeds = dict.fromkeys(self.tracks, self.seeds)
         if self.table:
             _check_tracks(tracks, self.table, request.sources)
+            seeds = {name: self.table.tracks[name]['seeds'] for name in self.tracks}
+            self.seeds = tuple(sorted({seed for own in seeds.values() for seed in own}))
         self.cells = [Cell(law, track, seed, self.budgets, request.scenarios, request.runs, request.restarts,
                            self.objective(track), feedforward, request.sources)
                       for feedforward in (False, True)[:1 + request.feedforward]
-                      for law in self.laws for track in tracks
-                      for seed in (self.table.tracks[track.name]['seeds'] if self.table else self.seeds)]
+                      for law in self.laws for track in tracks for seed in seeds[track.name]]
         # what is wrong with a track is said at once
         for track in tracks:
             configuration = track.sources(request.sources).configuration()
@@ -174,8 +176,7 @@ def _of_the_table(request: BenchmarkRequest, table: JudgedTable) -> BenchmarkReq
     if violations:
         raise ParameterError(violations)
     tracks = request.tracks or tuple(table.tracks)
-    seeds = tuple(sorted({seed for one in table.tracks.values() for seed in one['seeds']}))
-    return request._replace(**{**held, 'laws': laws, 'tracks': tracks, 'seeds': seeds})
+    return request._replace(**{**held, 'laws': laws, 'tracks': tracks})
 
 
 def _check_tracks(tracks: Sequence[Track], table: JudgedTable, more: ParameterSources) -> None:

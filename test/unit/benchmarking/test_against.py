@@ -69,6 +69,7 @@ def test_a_law_that_is_driven_alone_ranks_as_beside_the_laws_of_the_table(small,
                            '--against', str(table)]) == 0
     values = json.loads((tmp_path / 'out' / 'benchmark.json').read_text())
     assert {row['law'] for row in values['results']} == {'mine'}
+    assert values['seeds'] == SMALL['seeds']
     known = ('track', 'law', 'place', 'rank', 'last_rank', 'seeds', 'success', 'rms', 'ratio', 'ratio_interval')
     assert [[row[name] for name in known] for row in values['ranks']] == [
         [row[name] for name in known] for row in whole.ranks]
