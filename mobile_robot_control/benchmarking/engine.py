@@ -19,6 +19,7 @@ from mobile_robot_control.loop.metric_table import INDEX_METRICS, RUN_METRICS
 from mobile_robot_control.loop.monte_carlo import LARGEST_SEED
 from mobile_robot_control.loop.workers import Workers, runner
 from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError, nearest
+from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import measure
 from mobile_robot_control.search.objective import OBJECTIVES
@@ -162,8 +163,11 @@ class Benchmark:
 
 def _of_the_table(request: BenchmarkRequest, table: JudgedTable) -> BenchmarkRequest:
     """Return a request as a table was made; raise ParameterError where it asks for something else."""
-    held = {'seed': _FIRST_SEED, 'seeds': (), 'objective': None, 'tune': bool(table.budgets), **{
-        name: getattr(table, name) for name in ('budgets', 'restarts', 'scenarios', 'runs')}}
+    sizes = {name: getattr(table, name) for name in ('budgets', 'restarts', 'scenarios', 'runs')}
+    for track in table.tracks.values():
+        make_request(BenchmarkRequest, {'sources': request.sources, **sizes, 'seeds': track['seeds'],
+                                        'objective': track['objective']})
+    held = {'seed': _FIRST_SEED, 'seeds': (), 'objective': None, 'tune': bool(table.budgets), **sizes}
     violations = [f'--{name} is that of the table, which --against compares with; leave it out'
                   for name, value in held.items()
                   if getattr(request, name) not in (value, BenchmarkRequest._field_defaults[name])]

@@ -27,7 +27,7 @@ NAME = 'benchmark_table.json.gz'
 RUN_COLUMNS = ('track', 'law', 'gains', 'seed', 'budget', 'run', 'curve', 'scale', 'start_x', 'start_y',
                'start_heading', 'mass', 'friction', 'delay', 'noise_seed', 'success', 'outcome', *JUDGED)
 """Of `benchmark_runs.csv`."""
-_PACKED, _UNPACKED = FileKind('table of judged runs', 1 << 26), 1 << 28
+_PACKED, _UNPACKED = FileKind('table of judged runs', 1 << 24), 1 << 25
 
 
 class JudgedTable(NamedTuple):
@@ -148,11 +148,14 @@ def read_judged_table(file: Path) -> JudgedTable:
     """
     try:
         with gzip.open(io.BytesIO(read_bounded(file, _PACKED))) as opened:
-            content = parse_json(opened.read(_UNPACKED))
+            text = opened.read(_UNPACKED + 1)
+        if len(text) > _UNPACKED:
+            raise ValueError(f'more than {_UNPACKED} bytes unpacked')
+        content = parse_json(text)
         table = JudgedTable(**{**content, 'budgets': tuple(content['budgets'])})
         if table.arithmetic == ARITHMETIC:
             _check(table)
-    except (OSError, EOFError, zlib.error, ValueError, TypeError, KeyError, AttributeError) as error:
+    except (OSError, EOFError, zlib.error, ArithmeticError, ValueError, TypeError, KeyError, AttributeError) as error:
         reason = getattr(error, 'strerror', None) or f'is no table of judged runs ({error})'
         raise ParameterError([f'{file}: {reason}; name the {NAME} of a benchmark']) from None
     if table.arithmetic != ARITHMETIC:
@@ -163,14 +166,10 @@ def read_judged_table(file: Path) -> JudgedTable:
 
 def _check(table: JudgedTable) -> None:
     """Raise an error unless all values are what they should be."""
-    for name in ('restarts', 'scenarios', 'runs'):
-        if not isinstance(getattr(table, name), int):
-            raise TypeError(f'{name} is no whole number')
-    for track in table.tracks.values():
-        if not isinstance(track['content'], str) or not all(isinstance(seed, int) for seed in track['seeds']):
-            raise TypeError('a track has no digits or seeds')
-    if not all(isinstance(ticks, int) for ticks in table.horizons.values()):
-        raise TypeError('a horizon is no whole number')
+    texts = [table.hash, *(track[name] for track in table.tracks.values() for name in ('content', 'objective'))]
+    numbers = [*table.horizons.values(), *(seed for track in table.tracks.values() for seed in track['seeds'])]
+    if not (all(isinstance(one, str) for one in texts) and all(isinstance(one, int) for one in numbers)):
+        raise TypeError('hash, a track or a horizon is not as it should be')
     for one in table.results:
         name, runs = one['law'], table.runs
         if not (name.isprintable() and one['track'] in table.tracks and one['gains'] in (SEARCHED, CONFIGURED, FED)
