@@ -24,6 +24,7 @@ from mobile_robot_control.settings.tracks import Track
 from mobile_robot_control.system.files import FileKind, parse_json, read_bounded, write_atomically
 
 NAME = 'benchmark_table.json.gz'
+"""The file of a table."""
 RUN_COLUMNS = ('track', 'law', 'gains', 'seed', 'budget', 'run', 'curve', 'scale', 'start_x', 'start_y',
                'start_heading', 'mass', 'friction', 'delay', 'noise_seed', 'success', 'outcome', *JUDGED)
 """Of `benchmark_runs.csv`."""
