@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, Done
+from mobile_robot_control.benchmarking.judged_table import NAME, judged_table, runs_table, write_judged_table
 from mobile_robot_control.benchmarking.page import write_benchmark_page
 from mobile_robot_control.benchmarking.table import (
     COLUMNS,
     benchmark_table,
     benchmark_values,
     latex_table,
-    runs_table,
     summary_lines,
 )
 from mobile_robot_control.parameters.requests import make_request
@@ -114,6 +114,7 @@ def write_benchmark(made: Benchmarked, folder: Path, seconds: float | None = Non
     write_atomically(folder / 'benchmark.json', json.dumps({**made.values, **beside}, indent=1) + '\n')
     write_atomically(folder / 'benchmark.csv', benchmark_table(made.values))
     write_atomically(folder / 'benchmark_runs.csv', runs_table(made.done))
+    write_judged_table(folder / NAME, judged_table(made.done, made.hash, made.asked.table))
     write_atomically(folder / 'benchmark.tex', latex_table(made.values))
     figure = ratios_figure(made.values)
     svg = save_picture(figure, folder / 'benchmark.pdf') if figure else ''

@@ -32,6 +32,8 @@ AGREE = 0.02
 JUDGED = ('rms_position_error', 'max_position_error', 'settling_time', 'peak_wheel_torque', 'energy',
           'torque_variation', 'command_variation')
 """The metrics that are kept of every run."""
+SEARCHED, CONFIGURED, FED = 'searched', 'configured', 'feedforward'
+"""Gains of a result: those of a search, those configured, and those of a search with feedforward."""
 NOT_SEARCHED = 'not searched'
 """First words of the reason of a result whose search could drive no candidate."""
 _RESULT = FileKind('cell', 1 << 30)
@@ -90,10 +92,26 @@ class Cell(NamedTuple):
         return folder / f'{name}.{self.seed}.{digest}.json'
 
     def configuration(self) -> Configuration:
-        """Return the loop with the law, its gains as configured."""
-        return self.track.sources(self.more).with_values({
-            'position_controller.controller_type': self.law,
-            '/**.feedforward.enabled': self.feedforward}).configuration()
+        """Return the loop with the law, its gains as configured, and with the horizon that it declares."""
+        return self.sources().with_values({'/**.feedforward.enabled': self.feedforward}).configuration()
+
+    def sources(self) -> ParameterSources:
+        """Return the parameters of its loop: those of the track, with the law and the horizon that it declares."""
+        return self._with_horizon().with_values({'position_controller.controller_type': self.law})
+
+    def _with_horizon(self) -> ParameterSources:
+        given, horizon = self.track.sources(self.more), LAWS[self.law].horizon
+        if horizon and horizon > given.configuration().plant.shared.reference_horizon:
+            given = given.with_values({'/**.reference_horizon': horizon})
+        return given
+
+    def refused_horizon(self) -> str:
+        """Return why the track does not give the horizon that the law declares; '' if it does."""
+        try:
+            self._with_horizon().configuration()
+        except ParameterError as error:
+            return f'no horizon of {LAWS[self.law].horizon} ticks: {"; ".join(dict.fromkeys(error.violations))}'
+        return ''
 
     @property
     def rollouts(self) -> int:
@@ -172,7 +190,16 @@ def was_searched(result: Mapping[str, Any]) -> bool:
     return not result['reason'].startswith(NOT_SEARCHED)
 
 
+def runs_of(result: Mapping[str, Any], runs: int) -> JudgedRuns | None:
+    """Return the judged runs of a result: none of gains that no search found, failures of a law that cannot run."""
+    if 'success' in result:
+        return judged_runs(result)
+    if not was_searched(result):
+        return None
+    return JudgedRuns(np.zeros(runs, bool), {name: np.full(runs, math.inf) for name in JUDGED},
+                      np.full(runs, 'law_failed'))
+
+
 def gains_of(cell: Cell, result: Mapping[str, Any]) -> Gains:
     """Return the gains of a result, exactly as they were judged."""
-    return space.configured_gains(cell.track.sources(cell.more).with_values({
-        'position_controller.controller_type': cell.law, **result['gains']}).configuration())
+    return space.configured_gains(cell.sources().with_values(result['gains']).configuration())

@@ -11,6 +11,8 @@ Files written to DIR:
   benchmark.html  ranks on each track, a sortable table, paths and errors, failures, gains
   benchmark.json, benchmark.csv, benchmark_runs.csv
                   the same numbers, and all judged runs (docs/metrics.md#benchmarkjson)
+  benchmark_table.json.gz
+                  success and error of all judged runs, for --against
   benchmark.pdf, benchmark.tex
                   picture and table of the laws over all tracks, for a paper
   cells           a file for each finished law, track and seed, from which --resume goes on

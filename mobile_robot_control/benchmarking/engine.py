@@ -1,6 +1,6 @@
 """A benchmark that is asked for: laws on tracks, each law searched with one budget and judged where no search was."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -11,13 +11,15 @@ from mobile_robot_control.benchmarking.cell import (
     Cell,
     read_result,
 )
+from mobile_robot_control.benchmarking.judged_table import NAME, JudgedTable, content_digits, read_judged_table
 from mobile_robot_control.benchmarking.side_by_side import run_cells, run_side_by_side, run_together
-from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.control.laws import BUILT_IN, LAWS
 from mobile_robot_control.loop.batch import cores
 from mobile_robot_control.loop.metric_table import INDEX_METRICS, RUN_METRICS
 from mobile_robot_control.loop.monte_carlo import LARGEST_SEED
 from mobile_robot_control.loop.workers import Workers, runner
 from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError, nearest
+from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import measure
 from mobile_robot_control.search.objective import OBJECTIVES
@@ -55,6 +57,9 @@ class BenchmarkRequest(NamedTuple):
     tune: Annotated[bool, Field('', 'take gains as configured, and search for none')] = True
     scenarios: Annotated[int, Field('', 'scenarios of a search', minimum=1, maximum=1000)] = 8
     runs: Annotated[int, Field('', 'scenarios that judge', minimum=2, maximum=100_000)] = 100
+    against: Annotated[str | None, Field('', f'{NAME} of another benchmark: the laws of --law alone are searched and '
+                                         'driven, with its seeds, budgets and scenarios, and ranked among its laws')
+                       ] = None
     where: Annotated[Workers, INLINE] = Workers()
 
 
@@ -73,11 +78,16 @@ class Benchmark:
         In the order in which they run: a law with all its tracks is compiled once.
     tracks : dict of str to Track
         By name.
+    table : JudgedTable or None
+        That its laws are ranked against.
     """
 
     def __init__(self, request: BenchmarkRequest) -> None:
         if request.sources.robot is not None:
             raise ParameterError(['--robot is not taken: each track names its robot; write a track of your own'])
+        self.table = read_judged_table(Path(request.against)) if request.against else None
+        if self.table:
+            request = _of_the_table(request, self.table)
         self.request = request
         self.laws = tuple(dict.fromkeys(request.laws or LAWS))
         self.seeds = tuple(dict.fromkeys(request.seeds or (request.seed,)))
@@ -87,15 +97,26 @@ class Benchmark:
         if not tracks or len(self.tracks) < len(tracks):
             raise ParameterError(['--tracks: two files have one name; rename one' if tracks else
                                   '--tracks: the package is installed without its tracks; name files of your own'])
+        seeds = dict.fromkeys(self.tracks, self.seeds)
+        if self.table:
+            _check_tracks(tracks, self.table, request.sources)
+            seeds = {name: self.table.tracks[name]['seeds'] for name in self.tracks}
+            self.seeds = tuple(sorted({seed for own in seeds.values() for seed in own}))
         self.cells = [Cell(law, track, seed, self.budgets, request.scenarios, request.runs, request.restarts,
-                           request.objective or track.parameters.objective, feedforward, request.sources)
+                           self.objective(track), feedforward, request.sources)
                       for feedforward in (False, True)[:1 + request.feedforward]
-                      for law in self.laws for track in tracks for seed in self.seeds]
+                      for law in self.laws for track in tracks for seed in seeds[track.name]]
         # what is wrong with a track is said at once
         for track in tracks:
             configuration = track.sources(request.sources).configuration()
             self.cells[0]._replace(track=track).drawn('judging', configuration, 1)
             _check_published(track, request.sources)
+
+    def objective(self, track: Track) -> str:
+        """Return what searches on a track minimise."""
+        if self.table:
+            return str(self.table.tracks[track.name]['objective'])
+        return self.request.objective or track.parameters.objective
 
     @property
     def rollouts(self) -> int:
@@ -138,6 +159,41 @@ class Benchmark:
                 in_one_process = run_cells if where.device == 'cpu' else run_together
                 in_one_process(self.cells, run, folder, progress, stopped)
         return self.held(folder)
+
+
+def _of_the_table(request: BenchmarkRequest, table: JudgedTable) -> BenchmarkRequest:
+    """Return a request as a table was made; raise ParameterError where it asks for something else."""
+    sizes = {name: getattr(table, name) for name in ('budgets', 'restarts', 'scenarios', 'runs')}
+    for track in table.tracks.values():
+        make_request(BenchmarkRequest, {'sources': request.sources, **sizes, 'seeds': track['seeds'],
+                                        'objective': track['objective']})
+    held = {'seed': _FIRST_SEED, 'seeds': (), 'objective': None, 'tune': bool(table.budgets), **sizes}
+    violations = [f'--{name} is that of the table, which --against compares with; leave it out'
+                  for name, value in held.items()
+                  if getattr(request, name) not in (value, BenchmarkRequest._field_defaults[name])]
+    laws = request.laws or tuple(law for law in LAWS if LAWS[law] not in BUILT_IN and law not in table.laws)
+    violations += [f"--against: the table has a law '{law}' already; rename yours" for law in laws
+                   if law in table.laws]
+    if not laws:
+        violations.append('--against: no law is here but those of the package and of the table; load yours with --law '
+                          'FILE')
+    if violations:
+        raise ParameterError(violations)
+    tracks = request.tracks or tuple(table.tracks)
+    return request._replace(**{**held, 'laws': laws, 'tracks': tracks})
+
+
+def _check_tracks(tracks: Sequence[Track], table: JudgedTable, more: ParameterSources) -> None:
+    """Raise ParameterError where a table lacks a track, or has another one of that name."""
+    violations = []
+    for track in tracks:
+        if track.name not in table.tracks:
+            violations.append(f"--against: the table has no track '{track.name}'; {nearest(track.name, table.tracks)}")
+        elif table.tracks[track.name]['content'] != content_digits(track, more):
+            violations.append(f"--against: the track '{track.name}' is another one than that of the table, so their "
+                              'runs cannot be compared; leave it out, or take the table of this version')
+    if violations:
+        raise ParameterError(violations)
 
 
 def published_rows(track: Track, more: ParameterSources) -> Iterator[dict[str, Any]]:

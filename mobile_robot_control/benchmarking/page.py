@@ -7,13 +7,14 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from mobile_robot_control.benchmarking.cell import CONFIGURED, FED
 from mobile_robot_control.benchmarking.table import (
-    CONFIGURED,
-    FED,
     is_first,
     last_summary,
+    law_text,
     place_text,
     rank_text,
+    undone_lines,
     unrepeatable,
     worth,
 )
@@ -95,7 +96,7 @@ def _summary(values: Mapping[str, Any]) -> str:
     rows = []
     for one in last_summary(values):
         ratio, success = one['largest_ratio'], one['least_success']
-        rows.append([page.breakable(one['law']), _cell(place_text(one), one['place']),
+        rows.append([page.breakable(law_text(values, one['law'])), _cell(place_text(one), one['place']),
                      _cell(f'{one["unbeaten"]} of {one["tracks"]}', one['unbeaten']),
                      _cell(f'{one["wins"]} of {one["comparisons"]}', one['wins']), str(one['losses']),
                      '–' if ratio is None else _cell(f'{ratio:.2f}, {one["largest_on"]}', ratio),
@@ -111,14 +112,16 @@ def _track(values: Mapping[str, Any], track: str, budget: int) -> str:
     for row in values['ranks']:
         if (row['track'], row['budget']) != (track, budget):
             continue
+        law = page.breakable(law_text(values, row['law']))
         if row['rank'] is None:
-            rows.append([page.breakable(row['law']), rank_text(row), *['–'] * (len(_RANKS) - 2)])
+            rows.append([law, rank_text(row), *['–'] * (len(_RANKS) - 2)])
             continue
         ranks = _cell(rank_text(row), row['rank'])
         rows.append([
-            page.breakable(row['law']), f'<span class="best">{ranks}</span>' if is_first(row) else ranks, *_ratio(row),
+            law, f'<span class="best">{ranks}</span>' if is_first(row) else ranks, *_ratio(row),
             quantity(row['rms'], 'm'), _cell(f'{100.0 * row["success"]:.1f} %', row['success']),
-            '–' if row['converged'] is None else f'{row["converged"]} of {row["seeds"]}', str(row['at_edge']),
+            '–' if row['converged'] is None else f'{row["converged"]} of {row["seeds"]}',
+            '–' if row['at_edge'] is None else str(row['at_edge']),
             _other(row, CONFIGURED), _other(row, FED)])
     return _table(_RANKS, rows)
 
@@ -189,7 +192,7 @@ def _published(values: Mapping[str, Any]) -> str:
 
 def _gains(values: Mapping[str, Any]) -> Iterator[str]:
     """Yield the gains of each law, folded."""
-    for law in values['laws']:
+    for law in dict.fromkeys(row['law'] for row in values['results']):
         lines = [f'{row["track"]}, {row["gains"]}, seed {row["seed"]}, budget {row["budget"]}: ' + ', '.join(
             f'{name.partition(".")[2]} = {value}' for name, value in row['values'].items())
             + ''.join(f'; {edge}' for edge in row['at_edge'])
@@ -200,13 +203,23 @@ def _gains(values: Mapping[str, Any]) -> Iterator[str]:
 
 def answer(values: Mapping[str, Any]) -> str:
     """Return the result in a sentence."""
-    best, *others = last_summary(values)
+    rows = last_summary(values)
+    if values.get('against'):
+        return ' '.join(_beaten(one) for one in rows if one['law'] in values['against']['added'])
+    best, *others = rows
     if best['place'] is None:
         return f'No law was searched: {values["results"][0]["reason"]}.'
     if not best['comparisons'] or not others:
         return f'{best["law"]} succeeds in {100.0 * best["least_success"]:.1f} % of the runs or more.'
-    return (f'No law is known to beat {best["law"]} on {best["unbeaten"]} of {best["tracks"]} tracks; of '
-            f'{best["comparisons"]} comparisons it is better in {best["wins"]} and worse in {best["losses"]}.')
+    return _beaten(best)
+
+
+def _beaten(one: Mapping[str, Any]) -> str:
+    """Return where no law is known to beat one, in a sentence."""
+    if one['place'] is None:
+        return f'{one["law"]} was not searched.'
+    return (f'No law is known to beat {one["law"]} on {one["unbeaten"]} of {one["tracks"]} tracks; of '
+            f'{one["comparisons"]} comparisons it is better in {one["wins"]} and worse in {one["losses"]}.')
 
 
 def _picture(svg: str) -> str:
@@ -227,14 +240,17 @@ def _parts(
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     budgets = ', '.join(map(str, values['budgets'])) or 'none: gains as configured'
+    of_table = f', against the table <code>{values["against"]["hash"]}</code>' if values.get('against') else ''
     yield f'<section class="first"><h1>Benchmark</h1><p class="answer">{escape(answer(values))}</p></section>'
     yield (f'<p class="soft">{escape(worth(values))} Candidates of each search: {budgets}; searches of each cell: '
            f'{values["restarts"]}. Scenarios of a search: {values["scenarios"]}; scenarios that judge: '
-           f'{values["runs"]}. Hash <code>{values["hash"]}</code>.</p>')
+           f'{values["runs"]}. Hash <code>{values["hash"]}</code>{of_table}.</p>')
     if values['unfinished']:
         yield _missing(values)
     if values.get('not_loaded'):
         yield page.warning('Not loaded', [*values['not_loaded'].values()])
+    if values.get('against') and values['against']['undone']:
+        yield page.warning('Among more comparisons, no more certain than before', [*undone_lines(values)])
     if values.get('not_repeatable'):
         yield page.warning('Not repeatable', [*map(unrepeatable, values['not_repeatable'])])
     failures, published = _failures(values), _published(values)

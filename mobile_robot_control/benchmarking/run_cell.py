@@ -3,12 +3,12 @@
 import glob
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.analysis.modelled import drive_of
-from mobile_robot_control.benchmarking.cell import AGREE, JUDGED, NOT_SEARCHED, PER_GENE, POPULATION, Cell
+from mobile_robot_control.benchmarking.cell import AGREE, JUDGED, NOT_SEARCHED, PER_GENE, POPULATION, Cell, gains_of
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
 from mobile_robot_control.control.tracking_error import distance
@@ -76,7 +76,9 @@ def run_cell(cell: Cell, work: Work) -> dict[str, Any] | None:
     try:
         configuration = cell.configuration()
     except ParameterError as error:
-        return {'results': [{'budget': budget, 'reason': '; '.join(error.violations)}
+        refused = cell.refused_horizon()
+        reason = f'{NOT_SEARCHED}: {refused}' if refused else '; '.join(error.violations)
+        return {'results': [{'budget': budget, 'reason': reason}
                             for budget in cell.budgets or (0,)], 'configured': None, 'step_time': None, 'drawn': None}
     results = []
     gains, told, reason = space.configured_gains(configuration), dict[str, Any](), ''
@@ -188,6 +190,11 @@ def _judged(cell: Cell, loop: Configuration, work: Work) -> dict[str, Any]:
     work.progress(cell.runs)
     return {'success': [one.success for one in judged], 'outcome': [one.outcome for one in judged],
             **{name: [_finite(one.metrics[name]) for one in judged] for name in JUDGED}}
+
+
+def driven_again(cell: Cell, result: Mapping[str, Any], work: Work) -> dict[str, Any]:
+    """Return a result whose gains are known, with what they show in the unseen scenarios."""
+    return {**result, **_judged(cell, with_gains(cell.configuration(), gains_of(cell, result)), work)}
 
 
 def _finite(value: float) -> float | None:

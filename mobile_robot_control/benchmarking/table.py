@@ -1,7 +1,5 @@
 """The table of a benchmark: numbers of each cell, ranks of laws on each track over seeds, and a summary over tracks."""
 
-import csv
-import io
 import json
 import math
 from collections import Counter
@@ -12,12 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from mobile_robot_control.benchmarking.cell import JUDGED, NOT_SEARCHED, Cell, judged_runs, was_searched
+from mobile_robot_control.benchmarking.cell import CONFIGURED, FED, NOT_SEARCHED, SEARCHED, Cell, runs_of, was_searched
 from mobile_robot_control.benchmarking.engine import Benchmark, Done, published_rows
+from mobile_robot_control.benchmarking.judged_table import csv_text, horizons_of
 from mobile_robot_control.benchmarking.ranking import (
     LEAST_SUCCESS,
     RANKED,
     Pair,
+    Runs,
     better_pairs,
     majority_places,
     pairs_of,
@@ -34,8 +34,6 @@ from mobile_robot_control.loop.monte_carlo import CONFIDENCE, JudgedRuns, wilson
 from mobile_robot_control.studying.comparison import mean_interval
 
 Values = Mapping[str, Any]
-SEARCHED, CONFIGURED, FED = 'searched', 'configured', 'feedforward'
-"""Gains of a row: those of a search, those configured, and those of a search with feedforward."""
 
 
 def cell_hash(cell: Cell, found: Values) -> str:
@@ -49,26 +47,30 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
     """Return the content of `benchmark.json`, of the cells that are done."""
     hashes = [cell_hash(*one) for one in done]
     tracks = {name: track.content(benchmark.request.sources) for name, track in benchmark.tracks.items()}
-    hashed = [ARITHMETIC, tracks, benchmark.request.scenarios, benchmark.request.runs, hashes]
+    hashed = [ARITHMETIC, tracks, benchmark.request.scenarios, benchmark.request.runs, hashes,
+              *([benchmark.table.hash] if benchmark.table else [])]
     results = [row for one, digits in zip(done, hashes, strict=True) for row in _rows(*one, digits)]
     held = {id(cell) for cell, _ in done}
     # another one may not answer at all
     driven = {cell.law for cell, found in done if any('success' in result for result in found['results'])}
     groups = {name: track.parameters.group or name for name, track in benchmark.tracks.items()}
-    ranks, pairs = [], []
+    table, ranks, pairs, undone = benchmark.table, list[Values](), list[Values](), list[Values]()
+    laws = [*dict.fromkeys([*(table.laws if table else ()), *benchmark.laws])]
     for number, budget in enumerate(benchmark.budgets or (0,)):
         for name in benchmark.tracks:
+            known = table.judged(name, budget) if table else {}
             found = _ranked(name, number, budget, done, [
-                row for row in results if (row['track'], row['budget']) == (name, budget)])
+                row for row in results if (row['track'], row['budget']) == (name, budget)], known)
             ranks += found[0]
             pairs += found[1]
+            undone += _undone(name, budget, known, found[1])
     return {
         'hash': sha256(json.dumps(hashed, sort_keys=True).encode()).hexdigest()[:16],
-        'laws': list(benchmark.laws), 'seeds': list(benchmark.seeds), 'budgets': list(benchmark.budgets),
+        'laws': laws, 'seeds': list(benchmark.seeds), 'budgets': list(benchmark.budgets),
         'restarts': benchmark.request.restarts, 'scenarios': benchmark.request.scenarios,
         'runs': benchmark.request.runs,
         'tracks': {name: {'purpose': track.parameters.purpose, 'source': track.source, 'group': groups[name],
-                          'objective': benchmark.request.objective or track.parameters.objective,
+                          'objective': benchmark.objective(track),
                           'success_within': track.parameters.success_within,
                           'published': [*published_rows(track, benchmark.request.sources)]}
                    for name, track in benchmark.tracks.items()},
@@ -77,20 +79,12 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
         'not_loaded': dict(LAWS.failures),
         'not_repeatable': [law for law in benchmark.laws if law in driven and LAWS[law] not in BUILT_IN
                            and not is_repeatable(LAWS[law])],
+        'horizons': {**(table.horizons if table else {}), **horizons_of(benchmark.laws)},
+        'against': {'hash': table.hash, 'added': list(benchmark.laws), 'undone': undone} if table else None,
         'summary': [row for budget in benchmark.budgets or (0,)
-                    for row in summary_of(benchmark.laws, budget, ranks, pairs, groups)],
+                    for row in summary_of(laws, budget, ranks, pairs, groups)],
         'ranks': ranks, 'pairs': pairs, 'results': results,
     }
-
-
-def _runs_of(result: Values, runs: int) -> JudgedRuns | None:
-    """Return the judged runs of a result: none of gains that no search found, failures of a law that cannot run."""
-    if 'success' in result:
-        return judged_runs(result)
-    if not was_searched(result):
-        return None
-    return JudgedRuns(np.zeros(runs, bool), {name: np.full(runs, math.inf) for name in JUDGED},
-                      np.full(runs, 'law_failed'))
 
 
 def _rows(cell: Cell, found: Values, digits: str) -> Iterator[dict[str, Any]]:
@@ -100,7 +94,7 @@ def _rows(cell: Cell, found: Values, digits: str) -> Iterator[dict[str, Any]]:
     if found['configured']:
         tried.append((CONFIGURED, {'budget': max(cell.budgets), 'reason': '', **found['configured']}))
     for gains, result in tried:
-        judged = _runs_of(result, cell.runs)
+        judged = runs_of(result, cell.runs)
         own = judged.chosen(judged.success) if judged else None
 
         def at(name: str, fraction: float = 0.5, own: JudgedRuns | None = own) -> float | None:
@@ -124,14 +118,14 @@ def _rows(cell: Cell, found: Values, digits: str) -> Iterator[dict[str, Any]]:
 
 
 def _ranked(
-    track: str, number: int, budget: int, done: Done, rows: Sequence[Values]
+    track: str, number: int, budget: int, done: Done, rows: Sequence[Values], known: Runs
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Return the laws of a track with one budget, the best first, and their pairs."""
-    runs: dict[str, dict[int, JudgedRuns]] = {}
-    laws = dict.fromkeys(row['law'] for row in rows)
+    """Return the laws of a track with one budget and those known before, the best first, and their pairs."""
+    runs = {law: dict(own) for law, own in known.items() if own}
+    laws = dict.fromkeys([*known, *(row['law'] for row in rows)])
     for cell, found in done:
         if cell.track.name == track and not cell.feedforward:
-            judged = _runs_of(found['results'][number], cell.runs)
+            judged = runs_of(found['results'][number], cell.runs)
             if judged is not None:
                 runs.setdefault(cell.law, {})[cell.seed] = judged
     pairs = pairs_of(runs)
@@ -145,17 +139,17 @@ def _ranked(
         kind = SEARCHED if budget else CONFIGURED
         searched = [one for one in rows if (one['law'], one['gains']) == (law, kind)]
         own = runs.get(law, {})
-        known = [value for one in own.values() for value in one.metrics[RANKED][one.success].tolist()]
+        errors = [value for one in own.values() for value in one.metrics[RANKED][one.success].tolist()]
         agreeing = [one['agreeing'] for one in searched if one['agreeing'] is not None]
         to_best = next((_turned(pair, law) for pair in pairs if {pair.first, pair.second} == {law, best}), ())
         return {
             'track': track, 'law': law, 'budget': budget, 'place': order.index(law) + 1 if own else None,
             'rank': ranges[law][0] if own else None, 'last_rank': ranges[law][1] if own else None,
-            'seeds': len(own), 'success': _success(own) if own else None, 'rms': quantile(known, 0.5),
+            'seeds': len(own), 'success': _success(own) if own else None, 'rms': quantile(errors, 0.5),
             'ratio': exp(apart[law]) if law in apart else None,
             'ratio_interval': _exponentials(mean_interval(to_best, CONFIDENCE)) if len(to_best) > 1 else None,
             'converged': sum(one > 1 for one in agreeing) if agreeing else None,
-            'at_edge': sum(bool(one['at_edge']) for one in searched),
+            'at_edge': sum(bool(one['at_edge']) for one in searched) if searched else None,
             **{f'{kind}_{what}': value for kind in (CONFIGURED, FED)
                for what, value in _other([one for one in rows if (one['law'], one['gains']) == (law, kind)]).items()},
             'reason': next((one['reason'] for one in searched if one['reason']), ''),
@@ -163,6 +157,13 @@ def _ranked(
 
     names = [*order, *(law for law in laws if law not in runs)]
     return [row(law) for law in names], [_pair_row(track, budget, pair, better) for pair in pairs]
+
+
+def _undone(track: str, budget: int, known: Runs, pairs: Sequence[Values]) -> Iterator[dict[str, Any]]:
+    """Yield what is certain among the laws known before, and no more in the larger family of comparisons."""
+    still = {(pair['better'], other) for pair in pairs for other in (pair['first'], pair['second'])}
+    for better, worse in sorted(better_pairs(pairs_of({law: own for law, own in known.items() if own})) - still):
+        yield {'track': track, 'budget': budget, 'better': better, 'worse': worse}
 
 
 def _success(runs: Mapping[int, JudgedRuns]) -> float:
@@ -250,17 +251,6 @@ COLUMNS = ('track', 'law', 'gains', 'seed', 'budget', 'runs', 'successes', 'rms'
            'peak_wheel_torque', 'energy', 'torque_variation', 'command_variation', 'step_time', 'score', 'eq29',
            'rms_searched', 'agreeing', 'at_edge', 'hash', 'reason')
 """Of `benchmark.csv`."""
-RUN_COLUMNS = ('track', 'law', 'gains', 'seed', 'budget', 'run', 'curve', 'scale', 'start_x', 'start_y',
-               'start_heading', 'mass', 'friction', 'delay', 'noise_seed', 'success', 'outcome', *JUDGED)
-"""Of `benchmark_runs.csv`."""
-
-
-def _csv(columns: Sequence[str], rows: Iterator[Sequence[Any]]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
-    writer.writerow(columns)
-    writer.writerows(rows)
-    return text.getvalue()
 
 
 def benchmark_table(values: Values) -> str:
@@ -268,31 +258,7 @@ def benchmark_table(values: Values) -> str:
     def cell(value: Any) -> Any:
         return '; '.join(value) if isinstance(value, list) else value
 
-    return _csv(COLUMNS, ([cell(row[name]) for name in COLUMNS] for row in values['results']))
-
-
-def runs_table(done: Done) -> str:
-    """Return `benchmark_runs.csv`: a row for each judged run, with its scenario; empty where not known."""
-    drawn: dict[Any, Any] = {}
-
-    def rows() -> Iterator[Sequence[Any]]:
-        for cell, found in done:
-            tried = [(FED if cell.feedforward else SEARCHED, one) for one in found['results'] if 'success' in one]
-            if found['configured']:
-                tried.append((CONFIGURED, {'budget': '', **found['configured']}))
-            if not tried:
-                continue
-            key = cell.track.name, cell.seed, cell.feedforward
-            if key not in drawn:
-                drawn[key] = cell.drawn('judging', cell.configuration(), cell.runs)
-            for gains, one in tried:
-                for n, scenario in enumerate(drawn[key]):
-                    yield (cell.track.name, cell.law, gains, cell.seed, one['budget'], n + 1, scenario.curve,
-                           scenario.scale, *scenario.start, scenario.mass, scenario.friction, scenario.delay,
-                           scenario.noise.seed, int(one['success'][n]), one['outcome'][n],
-                           *(one[name][n] for name in JUDGED))
-
-    return _csv(RUN_COLUMNS, rows())
+    return csv_text(COLUMNS, ([cell(row[name]) for name in COLUMNS] for row in values['results']))
 
 
 def latex_table(values: Values) -> str:
@@ -303,7 +269,8 @@ def latex_table(values: Values) -> str:
         cells = [place_text(one), f'{one["unbeaten"]} of {one["tracks"]}', f'{one["wins"]} : {one["losses"]}',
                  '--' if one['largest_ratio'] is None else f'{one["largest_ratio"]:.2f}',
                  '--' if one['least_success'] is None else f'{100.0 * one["least_success"]:.1f}\\,\\%']
-        lines.append(f'{one["law"].replace("_", chr(92) + "_")} & {" & ".join(cells).replace("–", "--")} ' + r'\\')
+        law = law_text(values, one['law']).replace('_', r'\_')
+        lines.append(f'{law} & {" & ".join(cells).replace("–", "--")} ' + r'\\')
     return '\n'.join([*lines, r'\hline', r'\end{tabular}', f'% hash {values["hash"]}', ''])
 
 
@@ -311,6 +278,20 @@ def last_summary(values: Values) -> list[Any]:
     """Return the summary of the largest budget."""
     largest = max(values['budgets'], default=0)
     return [row for row in values['summary'] if row['budget'] == largest]
+
+
+def law_text(values: Values, law: str) -> str:
+    """
+    Return the name of a law, and how far it looks ahead.
+
+    Examples
+    --------
+    >>> law_text({'horizons': {'predictive': 20}}, 'predictive'), law_text({'horizons': {}}, 'lqr')
+    ('predictive (preview of 20 ticks)', 'lqr')
+
+    """
+    ticks = values.get('horizons', {}).get(law)
+    return f'{law} (preview of {ticks} ticks)' if ticks else law
 
 
 def rank_text(row: Values) -> str:
@@ -362,23 +343,44 @@ def worth(values: Values) -> str:
             'better; --seeds 1 2 3 4 5 tells which differences hold.')
 
 
+def against_lines(values: Values) -> Iterator[str]:
+    """Yield the ranks of laws that were added to a table, and what is no more certain with them, in sentences."""
+    if not values['against']:
+        return
+    largest = max(values['budgets'], default=0)
+    for law in values['against']['added']:
+        ranks = [f'{row["track"]} {rank_text(row)}' for row in values['ranks']
+                 if (row['law'], row['budget']) == (law, largest)]
+        yield f'{law_text(values, law)} ranks among {len(values["laws"])} laws: {", ".join(ranks)}'
+    yield from (f'no more certain, among more comparisons: {line}' for line in undone_lines(values))
+
+
+def undone_lines(values: Values) -> Iterator[str]:
+    """Yield what was certain in a table, and is not with the laws that were added."""
+    yield from (f'{one["better"]} better than {one["worse"]} on {one["track"]}' for one in values['against']['undone'])
+
+
 def summary_lines(values: Values) -> Iterator[str]:
     """Yield what the command prints: the laws over all tracks, the published numbers, and the hash."""
-    reasons = {row['law']: f' ({row["reason"]})' for row in reversed(values['results']) if row['reason']}
+    failing, missing = ({row['law']: f' ({row["reason"].removeprefix(f"{NOT_SEARCHED}: ")})'
+                         for row in reversed(values['results']) if row['reason'] and was_searched(row) is searched}
+                        for searched in (True, False))
     for one in last_summary(values):
         other = ''.join(f'; {what} on {", ".join(tracks)}{reason}' for what, tracks, reason in (
-            ('fails in most runs', one['failed'], reasons.get(one['law'], '')),
-            (NOT_SEARCHED, one['not_searched'], '')) if tracks)
+            ('fails in most runs', one['failed'], failing.get(one['law'], '')),
+            (NOT_SEARCHED, one['not_searched'], missing.get(one['law'], ''))) if tracks)
+        law = law_text(values, one['law'])
         if one['place'] is None:
-            yield f'{one["law"]}{other}'.replace(';', ':', 1)
+            yield f'{law}{other}'.replace(';', ':', 1)
             continue
         largest = '' if one['largest_ratio'] is None else (
             f'error at most {one["largest_ratio"]:.2f} times that of the best law ({one["largest_on"]}), ')
-        yield (f'{one["law"]}: unbeaten on {one["unbeaten"]} of {one["tracks"]} tracks; of {one["comparisons"]} '
+        yield (f'{law}: unbeaten on {one["unbeaten"]} of {one["tracks"]} tracks; of {one["comparisons"]} '
                f'comparisons better in {one["wins"]}, worse in {one["losses"]}; {largest}success in '
                f'{100.0 * one["least_success"]:.1f} % of the runs or more{other}')
     yield from (f'not loaded: {reason}' for reason in values.get('not_loaded', {}).values())
     yield from map(unrepeatable, values.get('not_repeatable', ()))
+    yield from against_lines(values)
     yield worth(values)
     if values['unfinished']:
         yield f'{len(values["unfinished"])} cells are not finished; --resume goes on'

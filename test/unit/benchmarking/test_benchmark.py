@@ -190,9 +190,27 @@ def test_a_law_whose_search_drives_no_candidate_is_not_searched_has_no_rank_and_
     if not searched:
         assert [one['not_searched'] for one in last] == [[], ['small'], ['small']]
     printed, page = capsys.readouterr().out, (tmp_path / works / 'benchmark.html').read_text()
-    assert ('one: not searched on small\n' in printed) is not searched
+    assert ('one: not searched on small (no individual' in printed) is not searched
     assert ('>not searched<' in page) is not searched
     assert '>failed</td>' not in page
+
+
+def test_a_law_gets_the_horizon_that_it_declares_and_the_table_marks_it(track, tmp_path, capsys):
+    """The track gives one tick; a law beyond all that a cart can tell is not searched, and does not fail."""
+    for name, ticks in (('near', 0), ('far', 5), ('farthest', 1001)):
+        text = LAW.format(name=name, failure=f'v = observation.horizon[{max(ticks, 1)} - 1].velocity.linear')
+        (tmp_path / f'{name}.py').write_text(text.replace('Gains)', f'Gains, horizon={ticks})'))
+    assert run(track, tmp_path / 'out', '--laws', 'near', 'far', 'farthest', *(
+        word for name in ('near', 'far', 'farthest') for word in ('--law', tmp_path / f'{name}.py'))) == 0
+    values, printed = read(tmp_path / 'out')[0], capsys.readouterr().out
+    rows = {row['law']: row for row in values['ranks']}
+    assert values['horizons'] == {'far': 5, 'farthest': 1001}
+    assert (rows['near']['success'], rows['far']['success'], rows['farthest']['rank']) == (1.0, 1.0, None)
+    assert rows['near']['rms'] != rows['far']['rms']
+    assert 'far (preview of 5 ticks): unbeaten' in printed
+    assert re.search(r'farthest .*: not searched on small \(no horizon of 1001 ticks: .* at most 1000\)', printed)
+    assert 'fails' not in printed
+    assert '>far (preview of 5 ticks)<' in (tmp_path / 'out' / 'benchmark.html').read_text()
 
 
 def test_a_law_that_answers_by_chance_is_told(track, tmp_path, capsys):

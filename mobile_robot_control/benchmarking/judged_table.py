@@ -1,0 +1,217 @@
+"""The judged runs of a benchmark as files: one with all, and one against which further laws are ranked."""
+
+import csv
+import gzip
+import io
+import json
+import math
+import zlib
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mobile_robot_control.benchmarking.cell import CONFIGURED, FED, JUDGED, SEARCHED, Cell, runs_of
+from mobile_robot_control.benchmarking.ranking import RANKED
+from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.elementary import ARITHMETIC
+from mobile_robot_control.loop.monte_carlo import JudgedRuns
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.settings.configure import ParameterSources
+from mobile_robot_control.settings.tracks import Track
+from mobile_robot_control.system.files import FileKind, parse_json, read_bounded, write_atomically
+
+NAME = 'benchmark_table.json.gz'
+"""The file of a table."""
+RUN_COLUMNS = ('track', 'law', 'gains', 'seed', 'budget', 'run', 'curve', 'scale', 'start_x', 'start_y',
+               'start_heading', 'mass', 'friction', 'delay', 'noise_seed', 'success', 'outcome', *JUDGED)
+"""Of `benchmark_runs.csv`."""
+_PACKED, _UNPACKED = FileKind('table of judged runs', 1 << 24), 1 << 25
+
+
+class JudgedTable(NamedTuple):
+    """
+    The judged runs of a benchmark.
+
+    Attributes
+    ----------
+    arithmetic : int
+        Of all numbers.
+    hash : str
+        Of the benchmark.
+    budgets : tuple of int
+        Candidates of its searches; () where gains were taken as configured.
+    restarts, scenarios, runs : int
+        Searches of a cell, scenarios of a search, and those that judge.
+    tracks : dict of str to dict
+        By name: `content`, digits that change with the track; `objective` of its searches; `seeds`.
+    horizons : dict of str to int
+        Of the laws that look ahead, by name [position ticks].
+    results : list of dict
+        `track`, `law`, `gains`, `seed`, `budget`; `success` (1 or 0) and `rms` [m] of each judged run, null where there
+        is none.
+    """
+
+    arithmetic: int
+    hash: str
+    budgets: tuple[int, ...]
+    restarts: int
+    scenarios: int
+    runs: int
+    tracks: dict[str, dict[str, Any]]
+    horizons: dict[str, int]
+    results: list[dict[str, Any]]
+
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """Their names."""
+        return tuple(dict.fromkeys(one['law'] for one in self.results))
+
+    def judged(self, track: str, budget: int) -> dict[str, dict[int, JudgedRuns]]:
+        """Return the judged runs of a track, without feedforward, by law and seed; a law not searched has none."""
+        found: dict[str, dict[int, JudgedRuns]] = {}
+        for one in self.results:
+            if (one['track'], one['budget']) == (track, budget) and one['gains'] != FED:
+                own = found.setdefault(one['law'], {})
+                if one['success'] is not None:
+                    rms = np.array([math.inf if value is None else value for value in one['rms']])
+                    own[one['seed']] = JudgedRuns(np.array(one['success'], bool), {RANKED: rms},
+                                                  np.full(self.runs, ''))
+        return found
+
+
+def content_digits(track: Track, more: ParameterSources) -> str:
+    """Return digits that change with what a track is made of."""
+    return sha256(json.dumps(track.content(more), sort_keys=True).encode()).hexdigest()[:16]
+
+
+def horizons_of(laws: Collection[str]) -> dict[str, int]:
+    """Return the horizons of the laws that declare one, by name."""
+    return {law: LAWS[law].horizon for law in laws if LAWS[law].horizon}
+
+
+def judged_table(
+    done: Collection[tuple[Cell, Mapping[str, Any]]], digits: str, known: JudgedTable | None = None
+) -> JudgedTable:
+    """
+    Return the judged runs of cells, one at least.
+
+    Parameters
+    ----------
+    done : collection of (Cell, dict)
+        Cells with their results.
+    digits : str
+        Hash of the benchmark.
+    known : JudgedTable or None
+        That they were ranked against; the runs on its tracks that are theirs, too, become part of the table.
+    """
+    first = next(iter(done))[0]
+    tracks: dict[str, dict[str, Any]] = {}
+    horizons = horizons_of([cell.law for cell, _ in done])
+    results = []
+    for cell, found in done:
+        name = cell.track.name
+        if name not in tracks:
+            tracks[name] = {'content': content_digits(cell.track, cell.more), 'objective': cell.objective, 'seeds': []}
+        tracks[name]['seeds'] = sorted({*tracks[name]['seeds'], cell.seed})
+        kind = FED if cell.feedforward else SEARCHED if cell.budgets else CONFIGURED
+        for result in found['results']:
+            judged = runs_of(result, cell.runs)
+            results.append({
+                'track': name, 'law': cell.law, 'gains': kind, 'seed': cell.seed,
+                'budget': result['budget'], 'success': None if judged is None else judged.success.astype(int).tolist(),
+                'rms': None if judged is None else [value if math.isfinite(value) else None
+                                                    for value in judged.metrics[RANKED].tolist()]})
+    if known:
+        results = [one for one in known.results if one['track'] in tracks] + results
+        tracks = {name: known.tracks[name] for name in tracks}
+        horizons = known.horizons | horizons
+    return JudgedTable(ARITHMETIC, digits, first.budgets, first.restarts, first.training, first.runs, tracks, horizons,
+                       results)
+
+
+def write_judged_table(file: Path, table: JudgedTable) -> None:
+    """Write judged runs; the same runs give the same bytes."""
+    text = json.dumps(table._asdict(), separators=(',', ':'))
+    write_atomically(file, gzip.compress(text.encode(), mtime=0))
+
+
+def read_judged_table(file: Path) -> JudgedTable:
+    """
+    Read judged runs.
+
+    Raises
+    ------
+    ParameterError
+        If the file cannot be read, is no such table, or is of another arithmetic.
+    """
+    try:
+        with gzip.open(io.BytesIO(read_bounded(file, _PACKED))) as opened:
+            text = opened.read(_UNPACKED + 1)
+        if len(text) > _UNPACKED:
+            raise ValueError(f'more than {_UNPACKED} bytes unpacked')
+        content = parse_json(text)
+        table = JudgedTable(**{**content, 'budgets': tuple(content['budgets'])})
+        if table.arithmetic == ARITHMETIC:
+            _check(table)
+    except (OSError, EOFError, zlib.error, ArithmeticError, ValueError, TypeError, KeyError, AttributeError) as error:
+        reason = getattr(error, 'strerror', None) or f'is no table of judged runs ({error})'
+        raise ParameterError([f'{file}: {reason}; name the {NAME} of a benchmark']) from None
+    if table.arithmetic != ARITHMETIC:
+        raise ParameterError([f'{file}: was computed with arithmetic {table.arithmetic}, and this program has '
+                              f'{ARITHMETIC}: their last bits differ; take the table of this version'])
+    return table
+
+
+def _check(table: JudgedTable) -> None:
+    """Raise an error unless all values are what they should be."""
+    texts = [table.hash, *(track[name] for track in table.tracks.values() for name in ('content', 'objective'))]
+    numbers = [*table.horizons.values(), *(seed for track in table.tracks.values() for seed in track['seeds'])]
+    if not (all(isinstance(one, str) for one in texts) and all(isinstance(one, int) for one in numbers)):
+        raise TypeError('hash, a track or a horizon is not as it should be')
+    for one in table.results:
+        name, runs = one['law'], table.runs
+        if not (name.isprintable() and one['track'] in table.tracks and one['gains'] in (SEARCHED, CONFIGURED, FED)
+                and one['seed'] in table.tracks[one['track']]['seeds']
+                and one['budget'] in (table.budgets or (0,))):
+            raise ValueError('a result is of a track, a seed or a budget that the table lacks')
+        if one['success'] is None:
+            continue
+        rms = np.array(one['rms'], float)
+        if not len(one['success']) == len(rms) == runs or not {*one['success']} <= {0, 1} or np.any(rms < 0.0):
+            raise ValueError(f'a result has not {runs} runs with success and error')
+
+
+def csv_text(columns: Sequence[str], rows: Iterator[Sequence[Any]]) -> str:
+    """Return a table as CSV."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow(columns)
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def runs_table(done: Collection[tuple[Cell, Mapping[str, Any]]]) -> str:
+    """Return `benchmark_runs.csv`: a row for each judged run, with its scenario; empty where not known."""
+    drawn: dict[Any, Any] = {}
+
+    def rows() -> Iterator[Sequence[Any]]:
+        for cell, found in done:
+            tried = [(FED if cell.feedforward else SEARCHED, one) for one in found['results'] if 'success' in one]
+            if found['configured']:
+                tried.append((CONFIGURED, {'budget': '', **found['configured']}))
+            if not tried:
+                continue
+            key = cell.track.name, cell.seed, cell.feedforward
+            if key not in drawn:
+                drawn[key] = cell.drawn('judging', cell.configuration(), cell.runs)
+            for gains, one in tried:
+                for n, scenario in enumerate(drawn[key]):
+                    yield (cell.track.name, cell.law, gains, cell.seed, one['budget'], n + 1, scenario.curve,
+                           scenario.scale, *scenario.start, scenario.mass, scenario.friction, scenario.delay,
+                           scenario.noise.seed, int(one['success'][n]), one['outcome'][n],
+                           *(one[name][n] for name in JUDGED))
+
+    return csv_text(RUN_COLUMNS, rows())
