@@ -5,8 +5,11 @@ Every list of these topics comes from here: nodes, recorder, stall detector, exp
 Nothing of ROS is imported.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
+
+WHEEL_JOINTS = ['wheel_right_joint', 'wheel_left_joint']
+"""The joints' names; messages are searched by name, never by index."""
 
 
 class Topic(NamedTuple):
@@ -27,6 +30,10 @@ class Topic(NamedTuple):
         Parameter that sets its rate, 'velocity_rate' or 'position_rate'.
     columns : tuple of str
         The numbers in one message, in their order in every array of this topic (SI units).
+    fields : tuple of str
+        The message's fields that hold them, which also name them in a table.
+    short : tuple of str
+        Their names on the live page; () for a topic that is not shown there.
 
     """
 
@@ -35,37 +42,57 @@ class Topic(NamedTuple):
     publisher: str
     subscribers: tuple[str, ...]
     rate: str
-    columns: tuple[str, ...]
+    columns: tuple[str, ...] = ()
+    fields: tuple[str, ...] = ()
+    short: tuple[str, ...] = ()
+
+
+def _of_wheels(*fields: str) -> tuple[str, ...]:
+    """Return fields of joint states, each of the right and of the left wheel."""
+    return tuple(f'{field}.{wheel}' for field in fields for wheel in WHEEL_JOINTS)
 
 
 _PLANAR = ('x', 'y', 'heading', 'linear', 'angular')
+_ODOMETRY = ('pose.pose.position.x', 'pose.pose.position.y', 'pose.pose.orientation.z', 'pose.pose.orientation.w',
+             'twist.twist.linear.x', 'twist.twist.angular.z')
 _TABLE = (
     Topic('joint_states', 'sensor_msgs/msg/JointState', 'plant', ('velocity_controller',), 'velocity_rate',
-          ('right_angle', 'left_angle', 'right_velocity', 'left_velocity', 'right_effort', 'left_effort')),
+          ('right_angle', 'left_angle', 'right_velocity', 'left_velocity', 'right_effort', 'left_effort'),
+          _of_wheels('position', 'velocity', 'effort'),
+          ('right_angle', 'left_angle', 'right_velocity', 'left_velocity', 'right_applied', 'left_applied')),
     Topic('wheel_torques', 'sensor_msgs/msg/JointState', 'velocity_controller', ('plant',), 'velocity_rate',
-          ('right_effort', 'left_effort')),
+          ('right_effort', 'left_effort'), _of_wheels('effort'), ('right_asked', 'left_asked')),
     Topic('odom', 'nav_msgs/msg/Odometry', 'plant', ('position_controller', 'reference_cart'), 'position_rate',
-          _PLANAR),
-    Topic('reference', 'nav_msgs/msg/Odometry', 'reference_cart', ('position_controller',), 'position_rate', _PLANAR),
+          _PLANAR, _ODOMETRY, _PLANAR),
+    Topic('reference', 'nav_msgs/msg/Odometry', 'reference_cart', ('position_controller',), 'position_rate',
+          _PLANAR, _ODOMETRY, ('ref_x', 'ref_y', 'ref_heading', 'ref_linear', 'ref_angular')),
     Topic('cmd_vel', 'geometry_msgs/msg/TwistStamped', 'position_controller', ('velocity_controller',),
-          'position_rate', ('linear', 'angular')),
+          'position_rate', ('linear', 'angular'), ('twist.linear.x', 'twist.angular.z'),
+          ('cmd_linear', 'cmd_angular')),
     Topic('tracking_error', 'geometry_msgs/msg/Vector3Stamped', 'position_controller', (), 'position_rate',
-          ('longitudinal', 'lateral', 'heading')),
+          ('longitudinal', 'lateral', 'heading'), ('vector.x', 'vector.y', 'vector.z'), ('e1', 'e2', 'e3')),
 )
 
 LOOP_TOPICS = {topic.name: topic for topic in _TABLE}
 """The topics of the loop by name."""
 OPTIONAL_TOPICS = {topic.name: topic for topic in (
     Topic('reference_horizon', 'trajectory_msgs/msg/MultiDOFJointTrajectory', 'reference_cart',
-          ('position_controller',), 'position_rate', ()),
+          ('position_controller',), 'position_rate'),
     Topic('cmd_accel', 'geometry_msgs/msg/AccelStamped', 'position_controller', ('velocity_controller',),
-          'position_rate', ('linear', 'angular')),
-    Topic('odom_time', 'sensor_msgs/msg/TimeReference', 'plant', ('position_controller',), 'position_rate', ()),
+          'position_rate', ('linear', 'angular'), ('accel.linear.x', 'accel.angular.z')),
+    Topic('odom_time', 'sensor_msgs/msg/TimeReference', 'plant', ('position_controller',), 'position_rate'),
 )}
 """Topics of the loop added by parameters, each before the topic it belongs to; see `extended`."""
 _BEFORE = {'odom': 'odom_time', 'reference': 'reference_horizon', 'cmd_vel': 'cmd_accel'}
 ALL_LOOP_TOPICS = {**LOOP_TOPICS, **OPTIONAL_TOPICS}
 """All topics of the loop by name, optional ones included."""
+GROUND_TRUTH = 'ground_truth'
+RECORDED_TOPICS = {topic.name: topic for topic in (
+    LOOP_TOPICS['odom']._replace(name=GROUND_TRUTH, subscribers=(), short=()),
+)}
+"""Topics for recordings alone, by name: no node reads them, and a run may lack them."""
+RUN_TOPICS = {**LOOP_TOPICS, **RECORDED_TOPICS}
+"""The topics of which a run keeps the numbers, by name."""
 _EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
 EVENTS, DISTURBANCE, PATH_TOPIC, GOAL, CORRECTION = 'events', 'disturbance', 'path', 'goal_pose', 'correction'
 FOLLOW = 'follow_path'
@@ -81,7 +108,7 @@ LAW_FILE = 'law_file'
 OTHER_TOPICS = {
     'reference_path': ('reference_cart',),
     EVENTS: _EVERY_NODE,
-    'ground_truth': ('plant',),
+    **{topic.name: (topic.publisher,) for topic in RECORDED_TOPICS.values()},
     STOPPED: ('position_controller',),
     '/clock': ('plant',),
     '/tf': ('plant',),
@@ -146,13 +173,18 @@ class LoopGraph(NamedTuple):
         return [topic.name for topic in self.topics.values() if node == topic.publisher or node in topic.subscribers]
 
 
-_TORQUE_LOOP = LoopGraph(
-    LOOP_TOPICS, (('odom', 'reference'), ('odom', 'cmd_vel'), ('joint_states', 'wheel_torques')), _EVERY_NODE)
+def _loop(topics: Iterable[Topic], answers: tuple[tuple[str, str], ...], nodes: tuple[str, ...]) -> LoopGraph:
+    """Return a loop with the recorded topics of its nodes; `with_truth` adds the truth."""
+    recorded = [topic for topic in RECORDED_TOPICS.values() if topic.publisher in nodes and topic.name != GROUND_TRUTH]
+    return LoopGraph({topic.name: topic for topic in (*topics, *recorded)}, answers, nodes)
+
+
+_TORQUE_LOOP = _loop(
+    _TABLE, (('odom', 'reference'), ('odom', 'cmd_vel'), ('joint_states', 'wheel_torques')), _EVERY_NODE)
 # a base replaces the velocity controller and the motors
-_VELOCITY_LOOP = LoopGraph(
-    {topic.name: topic for topic in (
-        LOOP_TOPICS['joint_states']._replace(subscribers=()), LOOP_TOPICS['odom'], LOOP_TOPICS['reference'],
-        LOOP_TOPICS['cmd_vel']._replace(subscribers=('plant',)), LOOP_TOPICS['tracking_error'])},
+_VELOCITY_LOOP = _loop(
+    (LOOP_TOPICS['joint_states']._replace(subscribers=()), LOOP_TOPICS['odom'], LOOP_TOPICS['reference'],
+     LOOP_TOPICS['cmd_vel']._replace(subscribers=('plant',)), LOOP_TOPICS['tracking_error']),
     (('odom', 'reference'), ('odom', 'cmd_vel')), ('plant', 'position_controller', 'reference_cart'))
 LOOPS = {'torque': _TORQUE_LOOP, 'velocity': _VELOCITY_LOOP}
 """The loops by the plant's parameter `drive`."""
@@ -160,8 +192,7 @@ LOOPS = {'torque': _TORQUE_LOOP, 'velocity': _VELOCITY_LOOP}
 
 def with_truth(loop: LoopGraph) -> LoopGraph:
     """Return the loop of a plant with inexact odometry: it publishes `ground_truth`, too."""
-    return loop._replace(topics={**loop.topics, 'ground_truth': LOOP_TOPICS['odom']._replace(
-        name='ground_truth', subscribers=())})
+    return loop._replace(topics={**loop.topics, GROUND_TRUTH: RECORDED_TOPICS[GROUND_TRUTH]})
 
 
 def extended(loop: LoopGraph, horizon: bool, feeds: bool, timed: bool) -> LoopGraph:

@@ -24,11 +24,10 @@ from mobile_robot_control.quantities import (
     WheelVelocity,
 )
 from mobile_robot_control.system.texts import shortened
+from mobile_robot_control.topics import WHEEL_JOINTS
 
 _POINT_TOLERANCE = 1000
 """[ns] of tolerance for the time of a point."""
-WHEEL_JOINTS = ['wheel_right_joint', 'wheel_left_joint']
-"""The joints' names; messages are searched by name, never by index."""
 
 
 class RefusedMessageError(ValueError):

@@ -20,7 +20,6 @@ from sensor_msgs.msg import JointState, TimeReference
 
 from mobile_robot_control.elementary import sin_cos
 from mobile_robot_control.messages.cdr import ENCAPSULATION, aligned
-from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.quantities import (
     NANOSECONDS,
     BodyAcceleration,
@@ -32,6 +31,7 @@ from mobile_robot_control.quantities import (
     WheelTorque,
     WheelVelocity,
 )
+from mobile_robot_control.topics import WHEEL_JOINTS
 
 _COUNT, _DOUBLE = struct.Struct('<I'), struct.Struct('<d')
 

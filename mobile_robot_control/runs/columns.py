@@ -12,17 +12,12 @@ from mobile_robot_control.messages.parsing import (
     read_wheel_angles,
     read_wheel_velocity,
 )
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import GROUND_TRUTH, RUN_TOPICS
 
-GROUND_TRUTH, TRUE_ERROR = 'ground_truth', 'true_error'
-COLUMNS = {
-    **{name: topic.columns for name, topic in LOOP_TOPICS.items()},
-    GROUND_TRUTH: LOOP_TOPICS['odom'].columns, TRUE_ERROR: LOOP_TOPICS['tracking_error'].columns,
-}
-"""
-The topics of a run: those of the loop; the true motion, if it is recorded beside odometry that hides it; and the true
-error, if it differs from `tracking_error`. No topic carries the latter.
-"""
+TRUE_ERROR = 'true_error'
+COLUMNS = {**{name: topic.columns for name, topic in RUN_TOPICS.items()},
+           TRUE_ERROR: RUN_TOPICS['tracking_error'].columns}
+"""The topics of a run; and the true error, if it differs from `tracking_error`, which no topic carries."""
 _UNKNOWN = (math.nan, math.nan)
 
 
@@ -39,6 +34,6 @@ def _joints(message: Any) -> tuple[float, ...]:
 
 READ: dict[str, Callable[[Any], tuple[float, ...]]] = {
     'joint_states': _joints, 'wheel_torques': read_torque, 'odom': _odometry, 'reference': _odometry,
-    'cmd_vel': read_twist, 'tracking_error': read_error,
+    'cmd_vel': read_twist, 'tracking_error': read_error, GROUND_TRUTH: _odometry,
 }
-"""Reads a message of each loop topic into its COLUMNS."""
+"""Reads a message of each topic into its COLUMNS."""

@@ -9,7 +9,6 @@ from typing import TextIO
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.elementary import atan2, sin_cos
 from mobile_robot_control.loop.closed_loop import PositionTick, Sample
-from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.quantities import (
     LARGEST,
     BodyVelocity,
@@ -20,6 +19,7 @@ from mobile_robot_control.quantities import (
     WheelTorque,
     WheelVelocity,
 )
+from mobile_robot_control.topics import WHEEL_JOINTS
 
 _ODOMETRY = (
     'pose.pose.position.x', 'pose.pose.position.y', 'pose.pose.orientation.z', 'pose.pose.orientation.w',

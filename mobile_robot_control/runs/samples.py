@@ -19,10 +19,10 @@ from mobile_robot_control.quantities import (
     WheelTorque,
     WheelVelocity,
 )
-from mobile_robot_control.runs.columns import COLUMNS, GROUND_TRUTH, TRUE_ERROR
+from mobile_robot_control.runs.columns import COLUMNS, TRUE_ERROR
 from mobile_robot_control.runs.joining import join
 from mobile_robot_control.runs.series import Series, Signal, Stamps, empty_signal
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import GROUND_TRUTH, LOOP_TOPICS
 
 _SURE = 50
 """So many stamps after a fall, with as many before it, show a new run whose start was missed."""

@@ -10,9 +10,9 @@ from mobile_robot_control.messages import parsing
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse
 from mobile_robot_control.ros.conversions import bytes_reader
 from mobile_robot_control.runs.columns import READ
-from mobile_robot_control.topics import ALL_LOOP_TOPICS
+from mobile_robot_control.topics import ALL_LOOP_TOPICS, RUN_TOPICS
 
-READERS = {**{topic: bytes_reader(ALL_LOOP_TOPICS[topic].kind, read) for topic, read in READ.items()},
+READERS = {**{topic: bytes_reader(RUN_TOPICS[topic].kind, read) for topic, read in READ.items()},
            'reference_horizon': bytes_reader(ALL_LOOP_TOPICS['reference_horizon'].kind, partial(
                parsing.read_horizon, ticks=1, period=10_000_000)),
            'cmd_accel': bytes_reader(ALL_LOOP_TOPICS['cmd_accel'].kind, parsing.read_acceleration),
