@@ -91,6 +91,8 @@ RECORDED_TOPICS = {topic.name: topic for topic in (
     LOOP_TOPICS['odom']._replace(name=GROUND_TRUTH, subscribers=(), short=()),
 )}
 """Topics for recordings alone, by name: no node reads them, and a run may lack them."""
+TOPICS = {**ALL_LOOP_TOPICS, **RECORDED_TOPICS}
+"""The topics of the table by name."""
 RUN_TOPICS = {**LOOP_TOPICS, **RECORDED_TOPICS}
 """The topics of which a run keeps the numbers, by name."""
 _EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
