@@ -124,8 +124,9 @@ OTHER_INPUTS = {DISTURBANCE: ('plant',), PATH_TOPIC: ('reference_cart',), GOAL: 
 """Optional inputs from a node of the user's, each with the nodes that read it."""
 SHARED_TOPICS = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
 """The topics that all namespaces share; every recorder records them."""
-POSITION_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'position_rate')
-"""Names of the topics at the position rate."""
+VELOCITY_TOPICS, POSITION_TOPICS = (
+    tuple(topic.name for topic in _TABLE if topic.rate == rate) for rate in ('velocity_rate', 'position_rate'))
+"""Names of the loop's topics at the velocity rate, and at the position rate."""
 MEASURED_TOPICS = ('odom', 'joint_states')
 """The measurements that a robot's drivers publish."""
 

@@ -285,12 +285,13 @@ def numbers_reader(
         Takes a message; raises RefusedMessageError if a number is not finite or beyond LARGEST, or the frame is wrong.
 
     """
-    places = [attrgetter(field) for field in fields]
+    # of one field, attrgetter returns no tuple
+    places = attrgetter(*fields) if len(fields) > 1 else lambda message: (attrgetter(*fields)(message),)
 
     def read(message: Any) -> Any:
         if message.header.frame_id:
             check_frame('frame_id', message.header.frame_id, frame)
-        found = quantity(*[place(message) for place in places])
+        found = quantity(*places(message))
         check_numbers(name, *found)
         return found
 
