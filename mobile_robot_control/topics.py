@@ -124,6 +124,8 @@ OTHER_INPUTS = {DISTURBANCE: ('plant',), PATH_TOPIC: ('reference_cart',), GOAL: 
 """Optional inputs from a node of the user's, each with the nodes that read it."""
 SHARED_TOPICS = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
 """The topics that all namespaces share; every recorder records them."""
+SHOWN_TOPICS = {name: topic for name, topic in RUN_TOPICS.items() if topic.short}
+"""The topics on the live page, by name."""
 VELOCITY_TOPICS, POSITION_TOPICS = (
     tuple(topic.name for topic in _TABLE if topic.rate == rate) for rate in ('velocity_rate', 'position_rate'))
 """Names of the loop's topics at the velocity rate, and at the position rate."""
