@@ -34,6 +34,8 @@ class Topic(NamedTuple):
         The message's fields that hold them, which also name them in a table.
     short : tuple of str
         Their names on the live page; () for a topic that is not shown there.
+    meaning : str
+        Of the numbers, with units, as Markdown for docs/topics.md.
 
     """
 
@@ -45,6 +47,7 @@ class Topic(NamedTuple):
     columns: tuple[str, ...] = ()
     fields: tuple[str, ...] = ()
     short: tuple[str, ...] = ()
+    meaning: str = ''
 
 
 def _of_wheels(*fields: str) -> tuple[str, ...]:
@@ -59,28 +62,45 @@ _TABLE = (
     Topic('joint_states', 'sensor_msgs/msg/JointState', 'plant', ('velocity_controller',), 'velocity_rate',
           ('right_angle', 'left_angle', 'right_velocity', 'left_velocity', 'right_effort', 'left_effort'),
           _of_wheels('position', 'velocity', 'effort'),
-          ('right_angle', 'left_angle', 'right_velocity', 'left_velocity', 'right_applied', 'left_applied')),
+          ('right_angle', 'left_angle', 'right_velocity', 'left_velocity', 'right_applied', 'left_applied'),
+          '`wheel_right_joint`, `wheel_left_joint`: position [rad], velocity [rad/s], effort [N m]: torque over the '
+          'velocity step that ends at the stamp, 0 at t = 0; at motor shafts with [motors and friction]'
+          '(robot_model.md)'),
     Topic('wheel_torques', 'sensor_msgs/msg/JointState', 'velocity_controller', ('plant',), 'velocity_rate',
-          ('right_effort', 'left_effort'), _of_wheels('effort'), ('right_asked', 'left_asked')),
+          ('right_effort', 'left_effort'), _of_wheels('effort'), ('right_asked', 'left_asked'),
+          'the same names, effort [N m] alone: the torque asked for'),
     Topic('odom', 'nav_msgs/msg/Odometry', 'plant', ('position_controller', 'reference_cart'), 'position_rate',
-          _PLANAR, _ODOMETRY, _PLANAR),
+          _PLANAR, _ODOMETRY, _PLANAR,
+          'pose of point A (axle centre) in `odom_frame_id` [m], [rad]; twist in `base_frame_id` [m/s], [rad/s]'),
     Topic('reference', 'nav_msgs/msg/Odometry', 'reference_cart', ('position_controller',), 'position_rate',
-          _PLANAR, _ODOMETRY, ('ref_x', 'ref_y', 'ref_heading', 'ref_linear', 'ref_angular')),
+          _PLANAR, _ODOMETRY, ('ref_x', 'ref_y', 'ref_heading', 'ref_linear', 'ref_angular'),
+          'pose of the cart in `odom_frame_id`; twist v_r [m/s], ω_r [rad/s] in `reference_frame_id`, zero while it '
+          '[waits](nodes/reference_cart.md#the-cart-that-waits)'),
     Topic('cmd_vel', 'geometry_msgs/msg/TwistStamped', 'position_controller', ('velocity_controller',),
           'position_rate', ('linear', 'angular'), ('twist.linear.x', 'twist.angular.z'),
-          ('cmd_linear', 'cmd_angular')),
+          ('cmd_linear', 'cmd_angular'),
+          'linear.x [m/s], angular.z [rad/s] in `base_frame_id`; a plain `geometry_msgs/msg/Twist` where '
+          '`stamped_cmd_vel` is false'),
     Topic('tracking_error', 'geometry_msgs/msg/Vector3Stamped', 'position_controller', (), 'position_rate',
-          ('longitudinal', 'lateral', 'heading'), ('vector.x', 'vector.y', 'vector.z'), ('e1', 'e2', 'e3')),
+          ('longitudinal', 'lateral', 'heading'), ('vector.x', 'vector.y', 'vector.z'), ('e1', 'e2', 'e3'),
+          'x = e1 [m], y = e2 [m], z = e3 [rad], wrapped into (-π, π], in `base_frame_id`; with `compensate_latency` '
+          'of the pose carried forward'),
 )
 
 LOOP_TOPICS = {topic.name: topic for topic in _TABLE}
 """The topics of the loop by name."""
 OPTIONAL_TOPICS = {topic.name: topic for topic in (
     Topic('reference_horizon', 'trajectory_msgs/msg/MultiDOFJointTrajectory', 'reference_cart',
-          ('position_controller',), 'position_rate'),
+          ('position_controller',), 'position_rate', meaning=(
+              'reference now (point 0) and at the next `reference_horizon` position ticks: transform in '
+              "`odom_frame_id`, velocity and acceleration in the cart's frame; `joint_names[0]` is "
+              '`reference_frame_id`')),
     Topic('cmd_accel', 'geometry_msgs/msg/AccelStamped', 'position_controller', ('velocity_controller',),
-          'position_rate', ('linear', 'angular'), ('accel.linear.x', 'accel.angular.z')),
-    Topic('odom_time', 'sensor_msgs/msg/TimeReference', 'plant', ('position_controller',), 'position_rate'),
+          'position_rate', ('linear', 'angular'), ('accel.linear.x', 'accel.angular.z'), meaning=(
+              'reference acceleration over the period of `cmd_vel`: linear.x [m/s²], angular.z [rad/s²]; zero when '
+              'stopped or approaching')),
+    Topic('odom_time', 'sensor_msgs/msg/TimeReference', 'plant', ('position_controller',), 'position_rate',
+          meaning='`time_ref`: sampling time of the `odom` of this stamp'),
 )}
 """Topics of the loop added by parameters, each before the topic it belongs to; see `extended`."""
 _BEFORE = {'odom': 'odom_time', 'reference': 'reference_horizon', 'cmd_vel': 'cmd_accel'}
@@ -88,7 +108,9 @@ ALL_LOOP_TOPICS = {**LOOP_TOPICS, **OPTIONAL_TOPICS}
 """All topics of the loop by name, optional ones included."""
 GROUND_TRUTH = 'ground_truth'
 RECORDED_TOPICS = {topic.name: topic for topic in (
-    LOOP_TOPICS['odom']._replace(name=GROUND_TRUTH, subscribers=(), short=()),
+    LOOP_TOPICS['odom']._replace(
+        name=GROUND_TRUTH, subscribers=(), short=(),
+        meaning='true motion, if noise or [sensors](sensors.md) hide it from `odom`'),
 )}
 """Topics for recordings alone, by name: no node reads them, and a run may lack them."""
 TOPICS = {**ALL_LOOP_TOPICS, **RECORDED_TOPICS}
