@@ -5,7 +5,7 @@ Every list of these topics comes from here: nodes, recorder, stall detector, exp
 Nothing of ROS is imported.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import NamedTuple
 
 WHEEL_JOINTS = ['wheel_right_joint', 'wheel_left_joint']
@@ -181,6 +181,12 @@ class LoopGraph(NamedTuple):
         return tuple(name for name, topic in self.topics.items() if topic.rate == 'velocity_rate')
 
     @property
+    def recorded(self) -> dict[str, Topic]:
+        """The recorded topics of its nodes by name; nobody waits for them, but for the truth, see `with_truth`."""
+        return {name: topic for name, topic in RECORDED_TOPICS.items()
+                if topic.publisher in self.nodes and name != GROUND_TRUTH}
+
+    @property
     def command(self) -> str:
         """The topic that moves the plant: the last answer."""
         return self.answers[-1][1]
@@ -200,18 +206,13 @@ class LoopGraph(NamedTuple):
         return [topic.name for topic in self.topics.values() if node == topic.publisher or node in topic.subscribers]
 
 
-def _loop(topics: Iterable[Topic], answers: tuple[tuple[str, str], ...], nodes: tuple[str, ...]) -> LoopGraph:
-    """Return a loop with the recorded topics of its nodes; `with_truth` adds the truth."""
-    recorded = [topic for topic in RECORDED_TOPICS.values() if topic.publisher in nodes and topic.name != GROUND_TRUTH]
-    return LoopGraph({topic.name: topic for topic in (*topics, *recorded)}, answers, nodes)
-
-
-_TORQUE_LOOP = _loop(
-    _TABLE, (('odom', 'reference'), ('odom', 'cmd_vel'), ('joint_states', 'wheel_torques')), _EVERY_NODE)
+_TORQUE_LOOP = LoopGraph(
+    LOOP_TOPICS, (('odom', 'reference'), ('odom', 'cmd_vel'), ('joint_states', 'wheel_torques')), _EVERY_NODE)
 # a base replaces the velocity controller and the motors
-_VELOCITY_LOOP = _loop(
-    (LOOP_TOPICS['joint_states']._replace(subscribers=()), LOOP_TOPICS['odom'], LOOP_TOPICS['reference'],
-     LOOP_TOPICS['cmd_vel']._replace(subscribers=('plant',)), LOOP_TOPICS['tracking_error']),
+_VELOCITY_LOOP = LoopGraph(
+    {topic.name: topic for topic in (
+        LOOP_TOPICS['joint_states']._replace(subscribers=()), LOOP_TOPICS['odom'], LOOP_TOPICS['reference'],
+        LOOP_TOPICS['cmd_vel']._replace(subscribers=('plant',)), LOOP_TOPICS['tracking_error'])},
     (('odom', 'reference'), ('odom', 'cmd_vel')), ('plant', 'position_controller', 'reference_cart'))
 LOOPS = {'torque': _TORQUE_LOOP, 'velocity': _VELOCITY_LOOP}
 """The loops by the plant's parameter `drive`."""

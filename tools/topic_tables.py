@@ -22,7 +22,7 @@ def _all() -> Iterator[tuple[str, ...]]:
 
 def _of(node: str) -> Iterator[tuple[str, ...]]:
     """Yield the topics that a node always has, its inputs first."""
-    topics = LOOPS['torque'].topics.values()
+    topics = [*LOOPS['torque'].topics.values(), *LOOPS['torque'].recorded.values()]
     for verb, found in (('subscribes', [topic for topic in topics if node in topic.subscribers]),
                         ('publishes', [topic for topic in topics if topic.publisher == node])):
         yield from ((f'`{topic.name}`', f'`{topic.kind}`', verb) for topic in found)
