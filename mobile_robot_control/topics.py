@@ -8,6 +8,9 @@ Nothing of ROS is imported.
 from collections.abc import Mapping
 from typing import NamedTuple
 
+WHEEL_JOINTS = ['wheel_right_joint', 'wheel_left_joint']
+"""The joints' names; messages are searched by name, never by index."""
+
 
 class Topic(NamedTuple):
     """
@@ -27,6 +30,12 @@ class Topic(NamedTuple):
         Parameter that sets its rate, 'velocity_rate' or 'position_rate'.
     columns : tuple of str
         The numbers in one message, in their order in every array of this topic (SI units).
+    fields : tuple of str
+        The message's fields that hold them, which also name them in a table.
+    short : tuple of str
+        Their names on the live page; () for a topic that is not shown there.
+    meaning : str
+        Of the numbers, with units, as Markdown for docs/topics.md.
 
     """
 
@@ -35,37 +44,79 @@ class Topic(NamedTuple):
     publisher: str
     subscribers: tuple[str, ...]
     rate: str
-    columns: tuple[str, ...]
+    columns: tuple[str, ...] = ()
+    fields: tuple[str, ...] = ()
+    short: tuple[str, ...] = ()
+    meaning: str = ''
+
+
+def _of_wheels(*fields: str) -> tuple[str, ...]:
+    """Return fields of joint states, each of the right and of the left wheel."""
+    return tuple(f'{field}.{wheel}' for field in fields for wheel in WHEEL_JOINTS)
 
 
 _PLANAR = ('x', 'y', 'heading', 'linear', 'angular')
+_ODOMETRY = ('pose.pose.position.x', 'pose.pose.position.y', 'pose.pose.orientation.z', 'pose.pose.orientation.w',
+             'twist.twist.linear.x', 'twist.twist.angular.z')
 _TABLE = (
     Topic('joint_states', 'sensor_msgs/msg/JointState', 'plant', ('velocity_controller',), 'velocity_rate',
-          ('right_angle', 'left_angle', 'right_velocity', 'left_velocity', 'right_effort', 'left_effort')),
+          ('right_angle', 'left_angle', 'right_velocity', 'left_velocity', 'right_effort', 'left_effort'),
+          _of_wheels('position', 'velocity', 'effort'),
+          ('right_angle', 'left_angle', 'right_velocity', 'left_velocity', 'right_applied', 'left_applied'),
+          '`wheel_right_joint`, `wheel_left_joint`: position [rad], velocity [rad/s], effort [N m]: torque over the '
+          'velocity step that ends at the stamp, 0 at t = 0; at motor shafts with [motors and friction]'
+          '(robot_model.md)'),
     Topic('wheel_torques', 'sensor_msgs/msg/JointState', 'velocity_controller', ('plant',), 'velocity_rate',
-          ('right_effort', 'left_effort')),
+          ('right_effort', 'left_effort'), _of_wheels('effort'), ('right_asked', 'left_asked'),
+          'the same names, effort [N m] alone: the torque asked for'),
     Topic('odom', 'nav_msgs/msg/Odometry', 'plant', ('position_controller', 'reference_cart'), 'position_rate',
-          _PLANAR),
-    Topic('reference', 'nav_msgs/msg/Odometry', 'reference_cart', ('position_controller',), 'position_rate', _PLANAR),
+          _PLANAR, _ODOMETRY, _PLANAR,
+          'pose of point A (axle centre) in `odom_frame_id` [m], [rad]; twist in `base_frame_id` [m/s], [rad/s]'),
+    Topic('reference', 'nav_msgs/msg/Odometry', 'reference_cart', ('position_controller',), 'position_rate',
+          _PLANAR, _ODOMETRY, ('ref_x', 'ref_y', 'ref_heading', 'ref_linear', 'ref_angular'),
+          'pose of the cart in `odom_frame_id`; twist v_r [m/s], ω_r [rad/s] in `reference_frame_id`, zero while it '
+          '[waits](nodes/reference_cart.md#the-cart-that-waits)'),
     Topic('cmd_vel', 'geometry_msgs/msg/TwistStamped', 'position_controller', ('velocity_controller',),
-          'position_rate', ('linear', 'angular')),
+          'position_rate', ('linear', 'angular'), ('twist.linear.x', 'twist.angular.z'),
+          ('cmd_linear', 'cmd_angular'),
+          'linear.x [m/s], angular.z [rad/s] in `base_frame_id`; a plain `geometry_msgs/msg/Twist` where '
+          '`stamped_cmd_vel` is false'),
     Topic('tracking_error', 'geometry_msgs/msg/Vector3Stamped', 'position_controller', (), 'position_rate',
-          ('longitudinal', 'lateral', 'heading')),
+          ('longitudinal', 'lateral', 'heading'), ('vector.x', 'vector.y', 'vector.z'), ('e1', 'e2', 'e3'),
+          'x = e1 [m], y = e2 [m], z = e3 [rad], wrapped into (-π, π], in `base_frame_id`; with `compensate_latency` '
+          'of the pose carried forward'),
 )
 
 LOOP_TOPICS = {topic.name: topic for topic in _TABLE}
 """The topics of the loop by name."""
 OPTIONAL_TOPICS = {topic.name: topic for topic in (
     Topic('reference_horizon', 'trajectory_msgs/msg/MultiDOFJointTrajectory', 'reference_cart',
-          ('position_controller',), 'position_rate', ()),
+          ('position_controller',), 'position_rate', meaning=(
+              'reference now (point 0) and at the next `reference_horizon` position ticks: transform in '
+              "`odom_frame_id`, velocity and acceleration in the cart's frame; `joint_names[0]` is "
+              '`reference_frame_id`')),
     Topic('cmd_accel', 'geometry_msgs/msg/AccelStamped', 'position_controller', ('velocity_controller',),
-          'position_rate', ('linear', 'angular')),
-    Topic('odom_time', 'sensor_msgs/msg/TimeReference', 'plant', ('position_controller',), 'position_rate', ()),
+          'position_rate', ('linear', 'angular'), ('accel.linear.x', 'accel.angular.z'), meaning=(
+              'reference acceleration over the period of `cmd_vel`: linear.x [m/s²], angular.z [rad/s²]; zero when '
+              'stopped or approaching')),
+    Topic('odom_time', 'sensor_msgs/msg/TimeReference', 'plant', ('position_controller',), 'position_rate',
+          meaning='`time_ref`: sampling time of the `odom` of this stamp'),
 )}
 """Topics of the loop added by parameters, each before the topic it belongs to; see `extended`."""
 _BEFORE = {'odom': 'odom_time', 'reference': 'reference_horizon', 'cmd_vel': 'cmd_accel'}
 ALL_LOOP_TOPICS = {**LOOP_TOPICS, **OPTIONAL_TOPICS}
 """All topics of the loop by name, optional ones included."""
+GROUND_TRUTH = 'ground_truth'
+RECORDED_TOPICS = {topic.name: topic for topic in (
+    LOOP_TOPICS['odom']._replace(
+        name=GROUND_TRUTH, subscribers=(), short=(),
+        meaning='true motion, if noise or [sensors](sensors.md) hide it from `odom`'),
+)}
+"""Topics for recordings alone, by name: no node reads them, and a run may lack them."""
+TOPICS = {**ALL_LOOP_TOPICS, **RECORDED_TOPICS}
+"""The topics of the table by name."""
+RUN_TOPICS = {**LOOP_TOPICS, **RECORDED_TOPICS}
+"""The topics of which a run keeps the numbers, by name."""
 _EVERY_NODE = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
 EVENTS, DISTURBANCE, PATH_TOPIC, GOAL, CORRECTION = 'events', 'disturbance', 'path', 'goal_pose', 'correction'
 FOLLOW = 'follow_path'
@@ -81,7 +132,7 @@ LAW_FILE = 'law_file'
 OTHER_TOPICS = {
     'reference_path': ('reference_cart',),
     EVENTS: _EVERY_NODE,
-    'ground_truth': ('plant',),
+    **{topic.name: (topic.publisher,) for topic in RECORDED_TOPICS.values()},
     STOPPED: ('position_controller',),
     '/clock': ('plant',),
     '/tf': ('plant',),
@@ -95,8 +146,11 @@ OTHER_INPUTS = {DISTURBANCE: ('plant',), PATH_TOPIC: ('reference_cart',), GOAL: 
 """Optional inputs from a node of the user's, each with the nodes that read it."""
 SHARED_TOPICS = ('/diagnostics', '/tf', '/tf_static', '/rosout', '/parameter_events')
 """The topics that all namespaces share; every recorder records them."""
-POSITION_TOPICS = tuple(topic.name for topic in _TABLE if topic.rate == 'position_rate')
-"""Names of the topics at the position rate."""
+SHOWN_TOPICS = {name: topic for name, topic in RUN_TOPICS.items() if topic.short}
+"""The topics on the live page, by name."""
+VELOCITY_TOPICS, POSITION_TOPICS = (
+    tuple(topic.name for topic in _TABLE if topic.rate == rate) for rate in ('velocity_rate', 'position_rate'))
+"""Names of the loop's topics at the velocity rate, and at the position rate."""
 MEASURED_TOPICS = ('odom', 'joint_states')
 """The measurements that a robot's drivers publish."""
 
@@ -125,6 +179,12 @@ class LoopGraph(NamedTuple):
     def velocity_topics(self) -> tuple[str, ...]:
         """Names of the topics at the velocity rate."""
         return tuple(name for name, topic in self.topics.items() if topic.rate == 'velocity_rate')
+
+    @property
+    def recorded(self) -> dict[str, Topic]:
+        """The recorded topics of its nodes by name; nobody waits for them, but for the truth, see `with_truth`."""
+        return {name: topic for name, topic in RECORDED_TOPICS.items()
+                if topic.publisher in self.nodes and name != GROUND_TRUTH}
 
     @property
     def command(self) -> str:
@@ -160,8 +220,7 @@ LOOPS = {'torque': _TORQUE_LOOP, 'velocity': _VELOCITY_LOOP}
 
 def with_truth(loop: LoopGraph) -> LoopGraph:
     """Return the loop of a plant with inexact odometry: it publishes `ground_truth`, too."""
-    return loop._replace(topics={**loop.topics, 'ground_truth': LOOP_TOPICS['odom']._replace(
-        name='ground_truth', subscribers=())})
+    return loop._replace(topics={**loop.topics, GROUND_TRUTH: RECORDED_TOPICS[GROUND_TRUTH]})
 
 
 def extended(loop: LoopGraph, horizon: bool, feeds: bool, timed: bool) -> LoopGraph:

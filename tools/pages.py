@@ -40,6 +40,7 @@ def parts() -> list[Part]:
     return [
         Part('tools/package_drawing.py', ('docs/images/packages.svg',), ()),
         Part('tools/parameter_table.py', ('docs/parameters.md', *nodes)),
+        Part('tools/topic_tables.py', ('docs/topics.md', *nodes)),
         Part('tools/command_pages.py', ('docs/commands.md',)),
         Part('tools/metric_tables.py', ('docs/metrics.md',)),
         Part('tools/robots_table.py', ('docs/robots.md',)),

@@ -13,9 +13,10 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from mobile_robot_control.dashboard.sampling import Sampler
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse
-from mobile_robot_control.ros.qos import LATCHED, message_class
+from mobile_robot_control.messages.writing import message_class
+from mobile_robot_control.ros.qos import LATCHED
 from mobile_robot_control.system.texts import shortened
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS, SHOWN_TOPICS
 
 _WINDOW = 2.0
 """[s] of wall time over which a rate is measured."""
@@ -147,7 +148,7 @@ class LoopTopics:
         if not self.polled:
             self.sampler = Sampler()
             self.polled = {name: PolledTopic(self._node, name, topic.kind, _DEPTHS[topic.rate])
-                           for name, topic in LOOP_TOPICS.items()}
+                           for name, topic in SHOWN_TOPICS.items()}
 
     def unsubscribe(self) -> None:
         """End all subscriptions."""

@@ -1,5 +1,6 @@
 """Messages of the loop as one row of numbers, 20 times a second; bytes from any source are safe."""
 
+import itertools
 import math
 import time
 from collections import Counter, deque
@@ -15,27 +16,15 @@ from mobile_robot_control.messages.parsing import (
     serialised_stamp,
 )
 from mobile_robot_control.runs.columns import READ
-from mobile_robot_control.topics import POSITION_TOPICS
+from mobile_robot_control.topics import POSITION_TOPICS, SHOWN_TOPICS
 
-COLUMNS = (
-    'run', 'time', 'speed', 'x', 'y', 'heading', 'linear', 'angular', 'ref_x', 'ref_y', 'ref_heading', 'ref_linear',
-    'ref_angular', 'cmd_linear', 'cmd_angular', 'e1', 'e2', 'e3', 'right_angle', 'left_angle', 'right_velocity',
-    'left_velocity', 'right_applied', 'left_applied', 'right_asked', 'left_asked', 'lyapunov',
-)
+PLACES = {name: SHOWN_TOPICS[name].short for name in sorted(SHOWN_TOPICS, key=lambda name: SHOWN_TOPICS[name].rate)}
+"""The columns of each shown topic, in the order of its numbers; the slow loop comes first."""
+COLUMNS = ('run', 'time', 'speed', *itertools.chain.from_iterable(PLACES.values()), 'lyapunov')
 """
-The columns of a row, in this order: number of the run, its time [s], simulated time per wall time; poses [m, rad] and
-velocities [m/s, rad/s] of robot and reference; command; errors [m, m, rad]; wheel angles [rad], wheel velocities
-[rad/s], torques applied and requested [N m]; the value of the Lyapunov function. Unknown values are nan.
+The columns of a row, in this order: number of the run, its time [s], simulated time per wall time; the numbers of the
+topics by their short names, in SI units; the value of the Lyapunov function. Unknown values are nan.
 """
-PLACES: dict[str, tuple[str, ...]] = {
-    'odom': ('x', 'y', 'heading', 'linear', 'angular'),
-    'reference': ('ref_x', 'ref_y', 'ref_heading', 'ref_linear', 'ref_angular'),
-    'cmd_vel': ('cmd_linear', 'cmd_angular'),
-    'tracking_error': ('e1', 'e2', 'e3'),
-    'joint_states': ('right_angle', 'left_angle', 'right_velocity', 'left_velocity', 'right_applied', 'left_applied'),
-    'wheel_torques': ('right_asked', 'left_asked'),
-}
-"""The columns of each topic of the loop, in the order of its numbers."""
 _WALL = 10**15
 """[ns]: later stamps are those of a wall clock."""
 _PLAIN = 'geometry_msgs/msg/Twist'

@@ -23,8 +23,7 @@ from mobile_robot_control.ros.conversions import PLAIN
 from mobile_robot_control.ros.peers import publisher_names
 from mobile_robot_control.ros.qos import SENSORS, publish_on, subscribe_to
 from mobile_robot_control.ros.stamp_policy import StampDecision, WallClockStampPolicy
-from mobile_robot_control.runs.columns import GROUND_TRUTH
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import GROUND_TRUTH, LOOP_TOPICS, RUN_TOPICS
 
 _ODOMETRY = LOOP_TOPICS['odom'].kind
 _STAMPED = LOOP_TOPICS['cmd_vel'].kind
@@ -85,8 +84,7 @@ class Exciter(Node):
         self.way = self.turn = self.farthest = 0.0
         self._read = (partial(deserialise, _ODOMETRY), read_odometry)
         for name in ('odom', GROUND_TRUTH, 'joint_states', 'wheel_torques'):
-            kind = LOOP_TOPICS[name].kind if name in LOOP_TOPICS else _ODOMETRY
-            topic = self.resolve_topic_name(topics.get(name, name))
+            kind, topic = RUN_TOPICS[name].kind, self.resolve_topic_name(topics.get(name, name))
             subscribe_to(self, topic, partial(self._take, topic, kind), SENSORS, kind)
 
     def missing(self) -> str:

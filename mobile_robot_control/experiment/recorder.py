@@ -17,8 +17,9 @@ from rclpy.task import Future
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.messages.types import DiagnosticArray
+from mobile_robot_control.messages.writing import message_class
 from mobile_robot_control.ros.diagnostics import LAW_FAILED, SUBSCRIBERS_KEY
-from mobile_robot_control.ros.qos import PUBLISHED, QUIET, message_class
+from mobile_robot_control.ros.qos import PUBLISHED, QUIET
 from mobile_robot_control.ros.timers import create_steady_timer
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS, MEASURED_TOPICS, SHARED_TOPICS, LoopGraph
@@ -52,7 +53,7 @@ class Recorder(Node):
     Attributes
     ----------
     newest : dict of str to int
-        Stamp [ns] of the newest message on each loop topic, by its relative name.
+        Stamp [ns] of the newest message on each topic of the loop or of its recordings, by relative name.
     law_failure : str
         The position controller's report of a failed law; '' before.
     received : int
@@ -79,8 +80,10 @@ class Recorder(Node):
         self._ahead = self._allowed = 0
         self._plant: Any = self.create_client(SetParameters, 'plant/set_parameters')
         self._graph = loop
-        self._loop = {self.resolve_topic_name(name): topic for name, topic in loop.topics.items()}
-        for resolved, topic in self._loop.items():
+        self._loop, recorded = ({self.resolve_topic_name(name): topic for name, topic in topics.items()}
+                                for topics in (loop.topics, loop.recorded))
+        self._stamped = {**self._loop, **recorded}
+        for resolved, topic in self._stamped.items():
             self._record(resolved, topic.kind, latched=False)
         self._record(self.resolve_topic_name(EVENTS), _DIAGNOSTICS, latched=True)
         self._record('/clock', 'rosgraph_msgs/msg/Clock', latched=False)
@@ -98,7 +101,7 @@ class Recorder(Node):
 
     def has_every_topic(self) -> bool:
         """Return whether every loop topic has had a message, so that no more will be missed."""
-        return set(self.newest) == set(self._graph.topics)
+        return set(self.newest) >= set(self._graph.topics)
 
     def is_complete(self) -> bool:
         """Return whether every loop topic that has had a message is recorded up to `last`."""
@@ -229,7 +232,7 @@ class Recorder(Node):
         return {topic: count for topic, count in found.items() if topic in self._loop}
 
     def _record(self, topic: str, kind: str, latched: bool, reliable: bool = True) -> None:
-        of_loop = self._loop.get(topic)
+        of_loop = self._stamped.get(topic)
 
         def take(message: bytes) -> None:
             now = time.time_ns()

@@ -11,8 +11,9 @@ from mobile_robot_control.figures.figure import Floats
 from mobile_robot_control.messages.mcap_stream import ProgressCallback
 from mobile_robot_control.quantities import NANOSECONDS
 from mobile_robot_control.runs.bag import Contents, read_contents
-from mobile_robot_control.runs.columns import COLUMNS, GROUND_TRUTH
+from mobile_robot_control.runs.columns import COLUMNS
 from mobile_robot_control.runs.series import Signal
+from mobile_robot_control.topics import GROUND_TRUTH
 
 _A_DAY = 86400.0
 _WINDOWS = 20

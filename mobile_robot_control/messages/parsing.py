@@ -8,6 +8,7 @@ imported.
 import math
 import struct
 from collections.abc import Callable, Sequence
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 from mobile_robot_control.elementary import atan2
@@ -19,16 +20,14 @@ from mobile_robot_control.quantities import (
     Pose,
     Push,
     Reference,
-    TrackingError,
     WheelTorque,
     WheelVelocity,
 )
 from mobile_robot_control.system.texts import shortened
+from mobile_robot_control.topics import WHEEL_JOINTS
 
 _POINT_TOLERANCE = 1000
 """[ns] of tolerance for the time of a point."""
-WHEEL_JOINTS = ['wheel_right_joint', 'wheel_left_joint']
-"""The joints' names; messages are searched by name, never by index."""
 
 
 class RefusedMessageError(ValueError):
@@ -263,15 +262,40 @@ def read_time(message: Any) -> int:
     return int(message.time_ref)
 
 
-def read_acceleration(message: Any, frame: str = '') -> BodyAcceleration:
+def numbers_reader(
+    name: str, fields: Sequence[str], quantity: Callable[..., Any] = lambda *numbers: numbers, frame: str = ''
+) -> Callable[[Any], Any]:
     """
-    Return the acceleration [m/s², rad/s²] of a geometry_msgs/AccelStamped, with frames as in `read_twist`.
+    Make a function that reads numbers from a message with a header.
 
-    Raises RefusedMessageError if a number is not finite or beyond LARGEST, or the frame is wrong.
+    Parameters
+    ----------
+    name : str
+        Of the numbers, for refusals.
+    fields : sequence of str
+        Their places in the message, such as 'accel.linear.x'.
+    quantity : callable
+        Takes the numbers; by default a tuple has them.
+    frame : str
+        Of the message, '' allows any; a message without a frame is in it.
+
+    Returns
+    -------
+    callable
+        Takes a message; raises RefusedMessageError if a number is not finite or beyond LARGEST, or the frame is wrong.
+
     """
-    if message.header.frame_id:
-        check_frame('frame_id', message.header.frame_id, frame)
-    return _acceleration(message.accel)
+    # of one field, attrgetter returns no tuple
+    places = attrgetter(*fields) if len(fields) > 1 else lambda message: (attrgetter(*fields)(message),)
+
+    def read(message: Any) -> Any:
+        if message.header.frame_id:
+            check_frame('frame_id', message.header.frame_id, frame)
+        found = quantity(*places(message))
+        check_numbers(name, *found)
+        return found
+
+    return read
 
 
 def read_twist(message: Any, frame: str = '') -> BodyVelocity:
@@ -295,17 +319,6 @@ def read_plain_twist(message: Any) -> BodyVelocity:
     velocity = BodyVelocity(message.linear.x, message.angular.z)
     check_numbers('command', *velocity)
     return velocity
-
-
-def read_error(message: Any) -> TrackingError:
-    """
-    Return the tracking error [m, rad] of a geometry_msgs/Vector3Stamped on `tracking_error`.
-
-    Raises RefusedMessageError if a number is not finite or beyond LARGEST.
-    """
-    error = TrackingError(message.vector.x, message.vector.y, message.vector.z)
-    check_numbers('tracking error', *error)
-    return error
 
 
 def _by_name(message: Any, values: Sequence[float], what: str) -> tuple[float, float]:

@@ -4,34 +4,34 @@ Quantities to messages; `mobile_robot_control.messages.parsing` is the inverse.
 A node makes a writer for each of its messages once; at every step it publishes the bytes that the writer returns.
 """
 
+import importlib
 import itertools
 import math
 import struct
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from operator import attrgetter
 from struct import pack_into
 from typing import Any
 
 from builtin_interfaces.msg import Duration
-from geometry_msgs.msg import AccelStamped, PoseStamped, Transform, Twist, TwistStamped, Vector3Stamped, WrenchStamped
+from geometry_msgs.msg import PoseStamped, Transform, Twist, TwistStamped, WrenchStamped
 from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, TimeReference
 
 from mobile_robot_control.elementary import sin_cos
 from mobile_robot_control.messages.cdr import ENCAPSULATION, aligned
-from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.quantities import (
     NANOSECONDS,
-    BodyAcceleration,
     BodyVelocity,
     Pose,
     Push,
     Reference,
-    TrackingError,
     WheelTorque,
     WheelVelocity,
 )
+from mobile_robot_control.topics import WHEEL_JOINTS
 
 _COUNT, _DOUBLE = struct.Struct('<I'), struct.Struct('<d')
 
@@ -76,6 +76,12 @@ def serialise(message: Any) -> bytearray:
 
 
 _STAMP = struct.Struct('<iI')
+
+
+def message_class(kind: str) -> Any:
+    """Return the rclpy class of a message type such as 'nav_msgs/msg/Odometry'."""
+    package, _, name = kind.split('/')
+    return getattr(importlib.import_module(f'{package}.msg'), name)
 
 
 class Template:
@@ -175,20 +181,35 @@ def twist_writer(frame: str, stamped: bool = True) -> Callable[[int, BodyVelocit
     return lambda stamp, velocity: template.fill(stamp, *velocity)
 
 
-def acceleration_writer(frame: str) -> Callable[[int, BodyAcceleration], bytes]:
+def numbers_writer(kind: str, fields: Sequence[str], frame: str) -> Callable[[int, Iterable[float]], bytes]:
     """
-    Make a function that writes geometry_msgs/AccelStamped for `cmd_accel`.
+    Make a function that writes numbers into a message with a header.
 
-    It takes a stamp [ns] and an acceleration in the robot's frame [m/s², rad/s²].
+    Parameters
+    ----------
+    kind : str
+        Type of the message, such as 'geometry_msgs/msg/AccelStamped'.
+    fields : sequence of str
+        Places of the numbers in the message, such as 'accel.linear.x'.
+    frame : str
+        Of the message.
+
+    Returns
+    -------
+    callable
+        Takes a stamp [ns] and the numbers; returns bytes.
+
     """
-    message = AccelStamped()
+    message = message_class(kind)()
     message.header.frame_id = frame
 
-    def put(linear: float, angular: float) -> None:
-        message.accel.linear.x, message.accel.angular.z = linear, angular
+    def put(*numbers: float) -> None:
+        for field, number in zip(fields, numbers, strict=True):
+            owner, _, name = field.rpartition('.')
+            setattr(attrgetter(owner)(message), name, number)
 
-    template = Template(message, put, 2)
-    return lambda stamp, acceleration: template.fill(stamp, *acceleration)
+    template = Template(message, put, len(fields))
+    return lambda stamp, numbers: template.fill(stamp, *numbers)
 
 
 def horizon_writer(
@@ -257,22 +278,6 @@ def time_writer() -> Callable[[int, int], bytes]:
         return bytes(data)
 
     return write
-
-
-def error_writer(frame: str) -> Callable[[int, TrackingError], bytes]:
-    """
-    Make a function that writes geometry_msgs/Vector3Stamped for `tracking_error`: x = e1 [m], y = e2 [m], z = e3 [rad].
-
-    It takes a stamp [ns] and a tracking error in the robot's frame.
-    """
-    message = Vector3Stamped()
-    message.header.frame_id = frame
-
-    def put(longitudinal: float, lateral: float, heading: float) -> None:
-        message.vector.x, message.vector.y, message.vector.z = longitudinal, lateral, heading
-
-    template = Template(message, put, 3)
-    return lambda stamp, error: template.fill(stamp, *error)
 
 
 def wrench_writer(frame: str) -> Callable[[int, Push], bytes]:

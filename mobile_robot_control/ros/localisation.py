@@ -12,10 +12,11 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import Link, RefusedMessageError, read_or_refuse, read_transforms
+from mobile_robot_control.messages.writing import message_class
 from mobile_robot_control.quantities import NANOSECONDS, Pose
 from mobile_robot_control.reference.localisation import SAME, Corrections, Swings, composed
 from mobile_robot_control.ros.inputs import InputValidator
-from mobile_robot_control.ros.qos import SUBSCRIBED, message_class
+from mobile_robot_control.ros.qos import SUBSCRIBED
 from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import CORRECTION
 

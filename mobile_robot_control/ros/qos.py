@@ -14,6 +14,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 
+from mobile_robot_control.messages.writing import message_class
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 SUBSCRIBED = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
@@ -36,12 +37,6 @@ LATCHED = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE, durability
 
 QUIET = SubscriptionEventCallbacks(use_default_callbacks=False)
 """Events of subscriptions that log no warning of a publisher with another quality of service."""
-
-
-def message_class(kind: str) -> Any:
-    """Return the rclpy class of a message type such as 'nav_msgs/msg/Odometry'."""
-    package, _, name = kind.split('/')
-    return getattr(importlib.import_module(f'{package}.msg'), name)
 
 
 def action_class(kind: str) -> Any:

@@ -23,14 +23,14 @@ from mobile_robot_control.messages.parsing import (
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
 from mobile_robot_control.quantities import NANOSECONDS
-from mobile_robot_control.runs.columns import GROUND_TRUTH, READ
+from mobile_robot_control.runs.columns import READ
 from mobile_robot_control.runs.errors import with_errors
 from mobile_robot_control.runs.samples import LastRun, Messages, samples_of
 from mobile_robot_control.runs.series import Series, Signal, describe_gaps, empty_signal
 from mobile_robot_control.system.texts import shortened
-from mobile_robot_control.topics import EVENTS, LOOP_TOPICS
+from mobile_robot_control.topics import EVENTS, GROUND_TRUTH, RECORDED_TOPICS, RUN_TOPICS
 
-NAMES = (*LOOP_TOPICS, GROUND_TRUTH)
+NAMES = tuple(RUN_TOPICS)
 """Topics sought in a bag."""
 
 
@@ -77,7 +77,7 @@ def choose_topics(namespace: str, topics: Mapping[str, str], held: Collection[st
 
 def missing_topics(names: Mapping[str, str], silent: Collection[str], held: Mapping[str, str]) -> Iterator[str]:
     """Yield remedies for a bag without odometry or reference under the names sought."""
-    loop = [topic for topic, name in names.items() if name != GROUND_TRUTH]
+    loop = [topic for topic, name in names.items() if name not in RECORDED_TOPICS]
     if not any(topic in held for topic in loop):
         yield (f'none of the topics {", ".join(loop)}; the bag holds {_listed(held)}: name the robot with --namespace, '
                'or its topics with --topic odom:=/NAME')
@@ -136,8 +136,8 @@ def stamped_by_receipt(plain: Signal, clock: Signal) -> Signal:
 _LATEST = 1 << 63
 """[ns]: times of receipt are stored in 64 bits."""
 _PLAIN_TWIST = 'geometry_msgs/msg/Twist'
-_KINDS = {**{name: (topic.kind,) for name, topic in LOOP_TOPICS.items()},
-          'cmd_vel': (LOOP_TOPICS['cmd_vel'].kind, _PLAIN_TWIST), GROUND_TRUTH: (LOOP_TOPICS['odom'].kind,)}
+_KINDS = {**{name: (topic.kind,) for name, topic in RUN_TOPICS.items()},
+          'cmd_vel': (RUN_TOPICS['cmd_vel'].kind, _PLAIN_TWIST)}
 """Possible types of a topic."""
 _EVENTS_KIND = 'diagnostic_msgs/msg/DiagnosticArray'
 
@@ -220,7 +220,7 @@ class _Reading:
     def _numbers(self, name: str, message: Any) -> tuple[float, ...]:
         """Return the columns of a message, and note the frame of its topic."""
         self._frames.setdefault(name, message.header.frame_id)
-        return READ['odom' if name == GROUND_TRUTH else name](message)
+        return READ[name](message)
 
     def run(self) -> tuple[Series, list[str]]:
         """Return the collected run, and the unusable messages, in words."""

@@ -8,60 +8,49 @@ from typing import TextIO
 
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.elementary import atan2, sin_cos
-from mobile_robot_control.loop.closed_loop import PositionTick, Sample
-from mobile_robot_control.messages.parsing import WHEEL_JOINTS
-from mobile_robot_control.quantities import (
-    LARGEST,
-    BodyVelocity,
-    Pose,
-    Reference,
-    TrackingError,
-    Truth,
-    WheelTorque,
-    WheelVelocity,
-)
+from mobile_robot_control.loop.closed_loop import Sample
+from mobile_robot_control.quantities import LARGEST, Pose
+from mobile_robot_control.runs.columns import TRUE_ERROR, held_of, numbers_of, sample_of
+from mobile_robot_control.topics import GROUND_TRUTH, POSITION_TOPICS, RUN_TOPICS, VELOCITY_TOPICS
 
-_ODOMETRY = (
-    'pose.pose.position.x', 'pose.pose.position.y', 'pose.pose.orientation.z', 'pose.pose.orientation.w',
-    'twist.twist.linear.x', 'twist.twist.angular.z',
-)
+_STAMP = 'odom.header.stamp'
 
-CSV_COLUMNS = (
-    'time',
-    *(f'joint_states.{field}.{wheel}' for field in ('position', 'velocity', 'effort') for wheel in WHEEL_JOINTS),
-    *(f'wheel_torques.effort.{wheel}' for wheel in WHEEL_JOINTS),
-    'odom.header.stamp',
-    *(f'odom.{field}' for field in _ODOMETRY),
-    *(f'reference.{field}' for field in _ODOMETRY),
-    'cmd_vel.twist.linear.x', 'cmd_vel.twist.angular.z',
-    'tracking_error.vector.x', 'tracking_error.vector.y', 'tracking_error.vector.z',
-)
+
+def _names(*topics: str) -> tuple[str, ...]:
+    return tuple(f'{topic}.{field}' for topic in topics for field in RUN_TOPICS[topic].fields)
+
+
+CSV_COLUMNS = ('time', *_names(*VELOCITY_TOPICS), _STAMP, *_names(*POSITION_TOPICS))
 """
 Time and stamp in s, everything else in SI units as in the topics. The columns of the position loop (from
 `odom.header.stamp` on) hold the values of the newest position tick. Torques are empty for a base without them.
 """
-TRUTH_COLUMNS = tuple(f'ground_truth.{field}' for field in _ODOMETRY)
+TRUTH_COLUMNS = _names(GROUND_TRUTH)
 """The true motion at the newest position tick: columns only of a run whose odometry hides it."""
-_TORQUES = slice(CSV_COLUMNS.index(f'joint_states.effort.{WHEEL_JOINTS[0]}'), CSV_COLUMNS.index('odom.header.stamp'))
+_TIMES = (CSV_COLUMNS.index('time'), CSV_COLUMNS.index(_STAMP))
+_TORQUES = slice(next(n for n, name in enumerate(CSV_COLUMNS) if '.effort.' in name), CSV_COLUMNS.index(_STAMP))
+_MOTIONS = {name for name, topic in RUN_TOPICS.items() if topic.kind == 'nav_msgs/msg/Odometry'}
+"""Topics whose messages hold a quaternion in place of the heading."""
 
 
-def _odometry(pose: Pose, velocity: BodyVelocity) -> tuple[float, ...]:
-    """Return the columns of an odometry message."""
-    return (pose.x, pose.y, *sin_cos(0.5 * pose.heading), *velocity)
+def _cells(topic: str, numbers: Sequence[float]) -> Sequence[float]:
+    """Return the fields of a topic, from its columns."""
+    if topic not in _MOTIONS:
+        return numbers
+    x, y, heading, linear, angular = numbers
+    return (x, y, *sin_cos(0.5 * heading), linear, angular)
 
 
-def row_from_sample(sample: Sample) -> tuple[float, ...]:
-    """Return a sample as a row of CSV_COLUMNS."""
-    tick = sample.tick
-    return (
-        sample.time,
-        sample.right_angle, sample.left_angle, *sample.wheels, *sample.applied, *sample.torque,
-        tick.time,
-        *_odometry(tick.pose, tick.velocity),
-        *_odometry(tick.reference.pose, tick.reference.velocity),
-        *sample.command,
-        *tick.error,
-    )
+def row_from_sample(sample: Sample, with_truth: bool = False) -> list[float]:
+    """Return a sample as a row of CSV_COLUMNS, and of TRUTH_COLUMNS if wanted."""
+    numbers = numbers_of(sample)
+    row = [sample.time]
+    for topic in VELOCITY_TOPICS:
+        row += _cells(topic, numbers[topic])
+    row.append(sample.tick.time)
+    for topic in (*POSITION_TOPICS, GROUND_TRUTH) if with_truth else POSITION_TOPICS:
+        row += _cells(topic, numbers[topic])
+    return row
 
 
 def write_csv(samples: Iterable[Sample], file: TextIO, with_truth: bool = False) -> Iterator[Sample]:
@@ -73,16 +62,13 @@ def write_csv(samples: Iterable[Sample], file: TextIO, with_truth: bool = False)
     writer = csv.writer(file, lineterminator='\n')
     writer.writerow((*CSV_COLUMNS, *TRUTH_COLUMNS) if with_truth else CSV_COLUMNS)
     for sample in samples:
-        cells = list(map(repr, row_from_sample(sample)))
+        cells = list(map(repr, row_from_sample(sample, with_truth)))
         if math.isnan(sample.torque.right):
             cells[_TORQUES] = [''] * 4
-        if with_truth and sample.truth is not None:
-            cells += map(repr, _odometry(sample.truth.pose, sample.truth.velocity))
         writer.writerow(cells)
         yield sample
 
 
-_TIMES = (CSV_COLUMNS.index('time'), CSV_COLUMNS.index('odom.header.stamp'))
 _LATEST = 2.0**31
 """[s]: the stamps of messages are smaller."""
 _LONGEST_LINE = 1 << 16
@@ -92,11 +78,19 @@ class NotATableError(ValueError):
     """A file that is no CSV of a run; the text is the reason."""
 
 
-def _read_odometry(values: Sequence[float]) -> tuple[Pose, BodyVelocity]:
-    """Return pose and velocity from the columns of an odometry message."""
-    x, y, sine, cosine, linear, angular = values
+_NAMES = (*CSV_COLUMNS, *TRUTH_COLUMNS)
+_PLACES = {topic: slice(_NAMES.index(_names(topic)[0]), _NAMES.index(_names(topic)[-1]) + 1)
+           for topic in (*VELOCITY_TOPICS, *POSITION_TOPICS, GROUND_TRUTH)}
+"""The fields of each topic in a row."""
+
+
+def _columns(topic: str, cells: Sequence[float]) -> Sequence[float]:
+    """Return the columns of a topic, from its fields."""
+    if topic not in _MOTIONS:
+        return cells
+    x, y, sine, cosine, linear, angular = cells
     # twice the half angle, wrapped as in the reading of odometry messages
-    return Pose(x, y, atan2(2.0 * sine * cosine, cosine * cosine - sine * sine)), BodyVelocity(linear, angular)
+    return x, y, atan2(2.0 * sine * cosine, cosine * cosine - sine * sine), linear, angular
 
 
 def sample_from_row(values: Sequence[float]) -> Sample:
@@ -105,18 +99,11 @@ def sample_from_row(values: Sequence[float]) -> Sample:
 
     The inverse of `row_from_sample`.
     """
-    v = values
-    reference = Reference(*_read_odometry(v[16:22]))
-    truth = None
-    if len(v) > len(CSV_COLUMNS):
-        pose, velocity = _read_odometry(v[27:33])
-        truth = Truth(pose, velocity, tracking_error(reference.pose, pose))
-    return Sample(
-        v[0],
-        PositionTick(v[9], *_read_odometry(v[10:16]), reference, TrackingError(*v[24:27])),
-        BodyVelocity(v[22], v[23]), v[1], v[2], WheelVelocity(v[3], v[4]), WheelTorque(v[5], v[6]),
-        WheelTorque(v[7], v[8]), truth,
-    )
+    numbers = {topic: _columns(topic, values[place]) for topic, place in _PLACES.items() if place.stop <= len(values)}
+    if GROUND_TRUTH in numbers:
+        numbers[TRUE_ERROR] = tracking_error(Pose(*numbers['reference'][:3]), Pose(*numbers[GROUND_TRUTH][:3]))
+    time, stamp = (values[place] for place in _TIMES)
+    return sample_of(time, held_of(stamp, numbers), numbers)
 
 
 def _lines(file: TextIO) -> Iterator[str]:

@@ -6,8 +6,9 @@ from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.figures.figure import Floats
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.runs.columns import GROUND_TRUTH, TRUE_ERROR
+from mobile_robot_control.runs.columns import TRUE_ERROR
 from mobile_robot_control.runs.series import MANY_PERIODS, Series, Signal, empty_signal, period
+from mobile_robot_control.topics import GROUND_TRUTH
 
 _ROUNDING = 1e-9
 """[m], [rad]: more than a pose loses in a quaternion."""

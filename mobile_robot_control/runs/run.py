@@ -11,6 +11,7 @@ from mobile_robot_control.runs.record import RunRecord
 from mobile_robot_control.runs.series import Gap, find_gaps
 from mobile_robot_control.settings.law_sets import gains_of
 from mobile_robot_control.system.texts import printable
+from mobile_robot_control.topics import RUN_TOPICS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,11 +21,11 @@ if TYPE_CHECKING:
 
 _PAGES = 'mobile_robot_control.report.inline_page'
 """Imported by name on demand: pages are made of runs."""
-_POSE, _VELOCITY, _WHEELS = ('x', 'y', 'heading'), ('linear', 'angular'), ('right', 'left')
-_ERROR = ('longitudinal', 'lateral', 'heading')
+_MOTION, _ERROR, _WHEELS = RUN_TOPICS['odom'].columns, RUN_TOPICS['tracking_error'].columns, ('right', 'left')
+_POSE, _VELOCITY = _MOTION[:3], _MOTION[3:]
 COLUMNS: dict[str, tuple[str, ...]] = {
     'pose': _POSE, 'velocity': _VELOCITY, 'reference': _POSE, 'reference_velocity': _VELOCITY, 'tracking_error': _ERROR,
-    'cmd_vel': _VELOCITY, 'wheel_velocity': _WHEELS, 'wheel_torque': _WHEELS, 'odometry': _POSE,
+    'cmd_vel': RUN_TOPICS['cmd_vel'].columns, 'wheel_velocity': _WHEELS, 'wheel_torque': _WHEELS, 'odometry': _POSE,
     'measured_error': _ERROR,
 }
 """The columns of each array of a `Run`, in their order."""
@@ -73,8 +74,8 @@ class Run(RunRecord):
     def _moving(self) -> dict[str, Floats]:
         return moving_at(self._joined)
 
-    def _held(self, topic: str, columns: slice) -> Floats:
-        return self._joined.values(topic)[:, columns]
+    def _held(self, topic: str, *columns: str) -> Floats:
+        return self._joined.values(topic)[:, [RUN_TOPICS[topic].columns.index(column) for column in columns]]
 
     @property
     def gaps(self) -> dict[str, list[Gap]]:
@@ -115,27 +116,27 @@ class Run(RunRecord):
     @cached_property
     def cmd_vel(self) -> Floats:
         """Commands v [m/s] and ω [rad/s] of the position law, shape (n, 2)."""
-        return self._held('cmd_vel', slice(0, 2))
+        return self._held('cmd_vel', *_VELOCITY)
 
     @cached_property
     def wheel_velocity(self) -> Floats:
         """Velocities of the right and of the left wheel, as measured, shape (n, 2) [rad/s]."""
-        return self._held('joint_states', slice(2, 4))
+        return self._held('joint_states', 'right_velocity', 'left_velocity')
 
     @cached_property
     def wheel_torque(self) -> Floats:
         """Torques applied to the right and to the left wheel over the step that ends at `time`, shape (n, 2) [N m]."""
-        return self._held('joint_states', slice(4, 6))
+        return self._held('joint_states', 'right_effort', 'left_effort')
 
     @cached_property
     def odometry(self) -> Floats:
         """The pose in the position controller's odometry, shape (n, 3) [m], [rad]."""
-        return self._held('odom', slice(0, 3))
+        return self._held('odom', *_POSE)
 
     @cached_property
     def measured_error(self) -> Floats:
         """The error seen by the position law, that of `odometry`, shape (n, 3) [m], [rad]."""
-        return self._held('tracking_error', slice(0, 3))
+        return self._held('tracking_error', *_ERROR)
 
     def __repr__(self) -> str:
         last = f', to t = {self.time[-1]:g} s' if self.time.size else ''

@@ -8,21 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.loop.closed_loop import PositionTick, Sample
-from mobile_robot_control.quantities import (
-    NANOSECONDS,
-    BodyVelocity,
-    Pose,
-    Reference,
-    TrackingError,
-    Truth,
-    WheelTorque,
-    WheelVelocity,
-)
-from mobile_robot_control.runs.columns import COLUMNS, GROUND_TRUTH, TRUE_ERROR
+from mobile_robot_control.loop.closed_loop import Sample
+from mobile_robot_control.quantities import NANOSECONDS
+from mobile_robot_control.runs.columns import COLUMNS, TRUE_ERROR, held_of, numbers_of, sample_of
 from mobile_robot_control.runs.joining import join
 from mobile_robot_control.runs.series import Series, Signal, Stamps, empty_signal
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import GROUND_TRUTH, LOOP_TOPICS, VELOCITY_TOPICS
 
 _SURE = 50
 """So many stamps after a fall, with as many before it, show a new run whose start was missed."""
@@ -174,7 +165,6 @@ def _in_order(signal: Signal) -> Signal:
 
 
 _TRUTH = (GROUND_TRUTH, TRUE_ERROR)
-_AT_STEPS = ('joint_states', 'wheel_torques')
 _BLOCK = 4096
 """Rows converted to samples at a time: lists of numbers are larger than arrays."""
 
@@ -184,19 +174,17 @@ class SampleReader:
 
     def __init__(self) -> None:
         self._numbers = array('d')
-        self._topics = tuple(LOOP_TOPICS)
+        self._topics: tuple[str, ...] = tuple(LOOP_TOPICS)
 
     def taking(self, samples: Iterable[Sample]) -> Iterator[Sample]:
         """Yield samples, and store their numbers."""
         for sample in samples:
-            tick, truth = sample.tick, sample.truth
-            self._numbers.extend((
-                sample.time, tick.time, sample.right_angle, sample.left_angle, *sample.wheels, *sample.applied,
-                *sample.torque, *tick.pose, *tick.velocity, *tick.reference.pose, *tick.reference.velocity,
-                *sample.command, *tick.error))
-            if truth is not None:
-                self._topics = (*LOOP_TOPICS, *_TRUTH)
-                self._numbers.extend((*truth.pose, *truth.velocity, *truth.error))
+            numbers = numbers_of(sample)
+            self._topics = tuple(numbers)
+            row = [sample.time, sample.tick.time]
+            for values in numbers.values():
+                row += values
+            self._numbers.extend(row)
             yield sample
 
     def series(self) -> Series:
@@ -207,7 +195,7 @@ class SampleReader:
         steps, ticks = np.rint(rows[:, :2].T * 1e9).astype(np.int64)
         passed = {topic: empty_signal(topic) for topic in COLUMNS}
         for topic, begin, end in zip(self._topics, ends, ends[1:], strict=False):
-            stamps, values = steps if topic in _AT_STEPS else ticks, rows[:, begin:end]
+            stamps, values = steps if topic in VELOCITY_TOPICS else ticks, rows[:, begin:end]
             kept = np.diff(stamps, prepend=-1) != 0
             if topic == 'wheel_torques':
                 kept &= ~np.isnan(values[:, 0])
@@ -239,19 +227,14 @@ def samples_of(series: Series) -> Iterator[Sample]:
 
     """
     joined, at = join(series), -1
-    tick: Any = None
+    topics = (*LOOP_TOPICS, *(_TRUTH if series.hides_truth else ()))
+    held: Any = None
     for begin in range(0, joined.time.size, _BLOCK):
         rows = joined.rows(begin, begin + _BLOCK)
-        columns = [rows.time, rows.number, *map(rows.values, LOOP_TOPICS), *rows.truth()]
-        for (time, number, joints, torque, odom, reference, command, error, motion, true_error) in zip(
-                *(column.tolist() for column in columns), strict=True):
+        columns = [rows.time, rows.number, *map(rows.values, LOOP_TOPICS),
+                   *(rows.truth() if series.hides_truth else ())]
+        for time, number, *values in zip(*(column.tolist() for column in columns), strict=True):
+            numbers = dict(zip(topics, values, strict=True))
             if number != at:
-                at = number
-                tick = PositionTick(float(joined.tick[number]), Pose(*odom[:3]), BodyVelocity(*odom[3:]),
-                                    Reference(Pose(*reference[:3]), BodyVelocity(*reference[3:])),
-                                    TrackingError(*error))
-                commanded = BodyVelocity(*command)
-                truth = Truth(Pose(*motion[:3]), BodyVelocity(*motion[3:]),
-                              TrackingError(*true_error)) if series.hides_truth else None
-            yield Sample(time, tick, commanded, joints[0], joints[1], WheelVelocity(*joints[2:4]),
-                         WheelTorque(*joints[4:]), WheelTorque(*torque), truth)
+                at, held = number, held_of(float(joined.tick[number]), numbers)
+            yield sample_of(time, held, numbers)

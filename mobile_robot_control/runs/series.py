@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_robot_control.figures.figure import Floats, Line
-from mobile_robot_control.runs.columns import COLUMNS, GROUND_TRUTH, TRUE_ERROR
-from mobile_robot_control.topics import LOOP_TOPICS, POSITION_TOPICS
+from mobile_robot_control.runs.columns import COLUMNS, TRUE_ERROR
+from mobile_robot_control.topics import GROUND_TRUTH, LOOP_TOPICS, POSITION_TOPICS, RUN_TOPICS
 
 Stamps = NDArray[np.int64]
 _NOTHING = Line(np.zeros(0), np.zeros(0))
@@ -130,7 +130,7 @@ class Series:
     @property
     def has_torques(self) -> bool:
         """Whether the applied torques are known: the efforts of `joint_states`."""
-        return not bool(np.isnan(self.signals['joint_states'].values[:, -2]).all())
+        return not bool(np.isnan(self.line('joint_states', 'right_effort').value).all())
 
     @property
     def clock(self) -> str:
@@ -261,7 +261,7 @@ def describe_gaps(series: Series) -> Iterator[str]:
     silent = _silent(series)
     if silent:
         yield f'no messages on {", ".join(silent)}'
-    for topic in (*LOOP_TOPICS, GROUND_TRUTH):
+    for topic in RUN_TOPICS:
         stamps = series.signals[topic].stamps
         if len(stamps) == 1 and last > first:
             yield f'one message only on {topic}'
@@ -287,7 +287,7 @@ def count_missing(series: Series) -> int:
     """
     start = series.origin
     return sum(_missing(_faulty_gaps(series.signals[topic].stamps, start), period(series.signals[topic].stamps))
-               for topic in (*LOOP_TOPICS, GROUND_TRUTH))
+               for topic in RUN_TOPICS)
 
 
 def _patience(usual: int, start: int) -> int:

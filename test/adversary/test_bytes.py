@@ -15,7 +15,7 @@ from helpers.harness import Robots
 from rclpy.serialization import deserialize_message
 
 from adversary.contents import spoilt_bytes
-from mobile_robot_control.ros.qos import message_class
+from mobile_robot_control.messages.writing import message_class
 from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 

@@ -7,7 +7,8 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 
 from mobile_robot_control.messages import writing
-from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque, WheelVelocity
+from mobile_robot_control.messages.topic_forms import Conventions, writer
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque, WheelVelocity
 
 _VELOCITY, _POSE, _TORQUE = BodyVelocity(0.4, 0.2), Pose(0.9, 0.1, 1.2), WheelTorque(0.3, 0.2)
 
@@ -17,7 +18,7 @@ REFERENCE = deserialize_message(
     writing.odometry_writer('odom', 'reference_cart')(0, _POSE, _VELOCITY), Odometry)
 CMD_VEL = deserialize_message(writing.twist_writer('base_link')(0, _VELOCITY), TwistStamped)
 TRACKING_ERROR = deserialize_message(
-    writing.error_writer('base_link')(0, TrackingError(0.01, 0.02, 0.03)), Vector3Stamped)
+    writer('tracking_error', Conventions(base='base_link'))(0, (0.01, 0.02, 0.03)), Vector3Stamped)
 WHEEL_TORQUES = deserialize_message(writing.torque_writer()(0, _TORQUE), JointState)
 JOINT_STATES = deserialize_message(
     writing.joints_writer()(0, (1.0, 2.0), WheelVelocity(11.0, 12.0), _TORQUE), JointState)

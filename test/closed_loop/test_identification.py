@@ -15,7 +15,6 @@ from sensor_msgs.msg import JointState
 
 import mobile_robot_control as mrc
 from mobile_robot_control.identification.result import GOOD, UNUSABLE, USABLE, UnidentifiableError, parameter_text
-from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.model import base as model
 from mobile_robot_control.model.robot import angular_inertia, linear_inertia
 from mobile_robot_control.runs.bag_writer import BagWriter
@@ -23,6 +22,7 @@ from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import at_cart_start, configure
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.nodes import course_of
+from mobile_robot_control.topics import WHEEL_JOINTS
 
 DELAY = 'dead time with latency of odometry'
 

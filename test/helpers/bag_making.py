@@ -8,8 +8,9 @@ from mcap.writer import Writer
 from rclpy.serialization import serialize_message
 
 from mobile_robot_control.messages import writing
+from mobile_robot_control.messages.topic_forms import Conventions, writer
 from mobile_robot_control.runs.bag_writer import BagWriter
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS, RUN_TOPICS
 
 WALL = 1_790_000_000_000_000_000
 """Wall time of the first message [ns]."""
@@ -17,9 +18,9 @@ WALL = 1_790_000_000_000_000_000
 
 ODOM, REFERENCE = (writing.odometry_writer('odom', frame) for frame in ('base_link', 'reference_cart'))
 GROUND_TRUTH = writing.odometry_writer('odom', 'base_link')
-CMD_VEL, TRACKING_ERROR = writing.twist_writer('base_link'), writing.error_writer('base_link')
+CMD_VEL, TRACKING_ERROR = (writer(topic, Conventions(base='base_link')) for topic in ('cmd_vel', 'tracking_error'))
 JOINT_STATES, WHEEL_TORQUES = writing.joints_writer(), writing.torque_writer()
-KINDS = {**{name: topic.kind for name, topic in LOOP_TOPICS.items()}, 'ground_truth': LOOP_TOPICS['odom'].kind}
+KINDS = {name: topic.kind for name, topic in RUN_TOPICS.items()}
 
 
 def messages_of(sample):

@@ -8,11 +8,10 @@ from xml.etree import ElementTree
 
 import yaml
 
-from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.settings.shared import Shared
-from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
+from mobile_robot_control.topics import LOOP_TOPICS, LOOPS, WHEEL_JOINTS
 
 ROOT = Path(__file__).parents[2]
 DESKTOP, LAUNCH = ROOT / 'config' / 'desktop', ROOT / 'launch'

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import metric_tables
 import pytest
+import topic_tables
 from notebook_page import markdown_of
 from parameter_table import insert_parameters, tables
 from robots_table import insert_robots
@@ -26,7 +27,6 @@ from mobile_robot_control.search.search import Generation
 from mobile_robot_control.settings.nodes import NODES, parameter_names
 from mobile_robot_control.studying.comparison import comparison_values
 from mobile_robot_control.studying.failures import failure_values
-from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 DOCS = Path(__file__).parents[2] / 'docs'
 PAGES = {path.stem: path.read_text(encoding='utf-8') for path in (DOCS / 'nodes').glob('*.md')}
@@ -110,14 +110,10 @@ def test_its_topics_are_those_of_the_node(domain):
         assert written == real
 
 
-def test_the_page_of_topics_has_those_of_the_loop_and_the_key_of_the_diagnostics():
+def test_the_pages_of_topics_and_nodes_have_those_of_the_loop_and_the_key_of_the_diagnostics():
     assert f'{SUBSCRIBERS_KEY}TOPIC' in _code(_page('topics'))
-    loop = _page('topics').partition('## Topics of the loop')[2].partition('\n## ')[0]
-    rows = [[cell.strip(' `') for cell in line.split('|')[1:-1]] for line in loop.splitlines()
-            if line.startswith('| `')]
-    assert [(row[0], row[1], row[3], row[4], row[5].replace(' ', '_')) for row in rows] == [
-        (topic.name, topic.kind, topic.publisher, ', '.join(topic.subscribers) or 'none', topic.rate)
-        for topic in ALL_LOOP_TOPICS.values()]
+    for file, (part, made) in topic_tables.parts().items():
+        assert part.found((DOCS.parent / file).read_text(encoding='utf-8')) == made, 'make pages writes it again'
 
 
 def test_parameters_named_in_a_page_exist():

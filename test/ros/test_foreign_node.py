@@ -33,6 +33,7 @@ from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.shared import Shared
+from mobile_robot_control.topics import WHEEL_JOINTS
 
 FILE = Path(foreign_position_controller.__file__)
 PAGE = (Path(__file__).parents[2] / 'docs' / 'lockstep.md').read_text(encoding='utf-8')
@@ -219,7 +220,7 @@ def test_the_page_has_the_decisions_the_constants_and_every_reason_of_the_code()
         f'`peer_timeout` ({shared.peer_timeout} s of wall time)', f'`stamp_tolerance` ({shared.stamp_tolerance} s)',
         *(f'| {round(1e9 / rate):_} ns ({rate:g} Hz) |'.replace('_', ' ')
           for rate in (shared.velocity_rate, shared.position_rate)),
-        f'`{"` and `".join(parsing.WHEEL_JOINTS)}`', f'beyond {LARGEST:g} in SI units'.replace('e+', 'e'),
+        f'`{"` and `".join(WHEEL_JOINTS)}`', f'beyond {LARGEST:g} in SI units'.replace('e+', 'e'),
     ) if sentence not in words]
     reasons, refused = set(_reasons()), PAGE.partition('## What is refused')[2].partition('\n## ')[0]
     assert len(reasons) > 10

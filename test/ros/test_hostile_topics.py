@@ -16,8 +16,9 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 from mobile_robot_control.experiment import recorder
+from mobile_robot_control.messages.writing import message_class
 from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
-from mobile_robot_control.ros.qos import PUBLISHED, message_class
+from mobile_robot_control.ros.qos import PUBLISHED
 from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.topics import LOOP_TOPICS
 

@@ -18,9 +18,9 @@ from helpers.watching import Timeline, first_below, settled_below
 from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.messages.parsing import WHEEL_JOINTS
 from mobile_robot_control.ros.qos import PUBLISHED
 from mobile_robot_control.settings.nodes import NODES
+from mobile_robot_control.topics import WHEEL_JOINTS
 
 ARGUMENTS = ['--params-file', str(CONFIG / 'wall_clock.yaml')]
 SOAK = float(os.environ.get('SOAK_SECONDS', '120'))

@@ -27,7 +27,15 @@ from mobile_robot_control.ros.stamp_policy import Input, Inputs, StampDecision
 from mobile_robot_control.ros.wall_clock import FixedRateTimer, WallClockDriver
 from mobile_robot_control.settings.nodes import with_options
 from mobile_robot_control.settings.shared import Shared
-from mobile_robot_control.topics import ALL_LOOP_TOPICS, LOOPS, MEASURED_TOPICS, OTHER_INPUTS, OTHER_TOPICS, LoopGraph
+from mobile_robot_control.topics import (
+    ALL_LOOP_TOPICS,
+    LOOPS,
+    MEASURED_TOPICS,
+    OTHER_INPUTS,
+    OTHER_TOPICS,
+    RECORDED_TOPICS,
+    LoopGraph,
+)
 
 
 class _NodeParameters(Protocol):
@@ -138,7 +146,7 @@ class LoopNode(Node, Generic[NodeGroup]):
                 incompatible_qos=partial(self._watch.note_unfit, topic, 'publisher')))
 
     def _kind(self, topic: str) -> str:
-        kind = self._loop.topics[topic].kind
+        kind = {**RECORDED_TOPICS, **self._loop.topics}[topic].kind
         return PLAIN if kind == LOOPS['torque'].topics['cmd_vel'].kind and not self._shared.stamped_cmd_vel else kind
 
     def _start(self) -> None:

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from mobile_robot_control.dashboard.graph import NodeStates
 from mobile_robot_control.dashboard.sampling import COLUMNS, Sampler, message_text
 from mobile_robot_control.messages import writing
-from mobile_robot_control.quantities import BodyVelocity, Pose, TrackingError, WheelTorque
+from mobile_robot_control.messages.topic_forms import writer
+from mobile_robot_control.quantities import BodyVelocity, Pose, WheelTorque
 from mobile_robot_control.topics import LOOP_TOPICS
 
 BYTES = st.one_of(st.binary(max_size=300), st.binary(max_size=300).map(lambda rest: b'\0\1\0\0' + rest))
@@ -19,7 +20,7 @@ def _odometry(stamp, x=1.0):
 
 
 def _error(stamp, e1):
-    return writing.error_writer('base_link')(stamp, TrackingError(e1, 0.0, 0.0))
+    return writer('tracking_error')(stamp, (e1, 0.0, 0.0))
 
 
 def _torques(stamp, right):

@@ -1,22 +1,20 @@
 """Any bytes: a reader returns a message's content or refuses it, and raises nothing else."""
 
-from functools import partial
-
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mobile_robot_control.messages import parsing
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse
+from mobile_robot_control.messages.topic_forms import Conventions, reader
 from mobile_robot_control.ros.conversions import bytes_reader
 from mobile_robot_control.runs.columns import READ
-from mobile_robot_control.topics import ALL_LOOP_TOPICS
+from mobile_robot_control.topics import TOPICS
 
-READERS = {**{topic: bytes_reader(ALL_LOOP_TOPICS[topic].kind, read) for topic, read in READ.items()},
-           'reference_horizon': bytes_reader(ALL_LOOP_TOPICS['reference_horizon'].kind, partial(
-               parsing.read_horizon, ticks=1, period=10_000_000)),
-           'cmd_accel': bytes_reader(ALL_LOOP_TOPICS['cmd_accel'].kind, parsing.read_acceleration),
-           'twist': bytes_reader('geometry_msgs/msg/Twist', parsing.read_plain_twist)}
+READERS = [*(bytes_reader(TOPICS[topic].kind, read) for topic, read in READ.items()),
+           *(bytes_reader(TOPICS[topic].kind, reader(topic, Conventions(ticks=1, period=10_000_000)))
+             for topic in ('reference_horizon', 'cmd_accel')),
+           bytes_reader('geometry_msgs/msg/Twist', parsing.read_plain_twist)]
 _ENCODINGS = st.sampled_from([b'\0\1\0\0', b'\0\0\0\0', b'\0\3\0\0', b'\0\7\0\0', b''])
 _WORDS = st.sampled_from([b'\0\0\0\0', b'\1\0\0\0', b'\2\0\0\0', b'\xff\xff\xff\xff', b'\0\0\0\1', b'\0\0\xf0\x7f'])
 _BYTES = st.tuples(_ENCODINGS, st.lists(st.one_of(_WORDS, st.binary(max_size=9)), max_size=40)).map(
@@ -33,10 +31,10 @@ def _numbers(content):
 @example(b'')
 @given(_BYTES)
 def test_any_bytes_are_read_or_refused(message):
-    for reader in READERS.values():
+    for read in READERS:
         numbers, words = [], ''
         try:
-            numbers = _numbers(reader(message))
+            numbers = _numbers(read(message))
         except RefusedMessageError as refusal:
             words = str(refusal)
         assert all(abs(number) <= 1e12 for number in numbers)

@@ -32,10 +32,9 @@ def joints(names=(RIGHT, LEFT), position=(), velocity=(), effort=()):
     return Message(name=list(names), position=list(position), velocity=list(velocity), effort=list(effort))
 
 
-def test_a_stamp_is_read_in_nanoseconds_and_a_vector_as_the_tracking_error():
+def test_a_stamp_is_read_in_nanoseconds():
     assert parsing.stamp_nanoseconds(Message(sec=3, nanosec=5)) == 3_000_000_005
     assert parsing.serialised_stamp(b'\0\1\0\0' + struct.pack('<iI', 7, 9) + b'rest') == 7_000_000_009
-    assert parsing.read_error(Message(vector=Message(x=0.1, y=-0.2, z=3.0))) == (0.1, -0.2, 3.0)
 
 
 @pytest.mark.parametrize('heading', [-3.0, -0.5 * math.pi, 0.0, 0.3, 3.1])

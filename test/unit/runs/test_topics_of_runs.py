@@ -8,7 +8,7 @@ import pytest
 from helpers.bag_making import WALL
 from helpers.measuring import configuration
 
-from mobile_robot_control.messages.parsing import WHEEL_JOINTS, RefusedMessageError
+from mobile_robot_control.messages.parsing import RefusedMessageError
 from mobile_robot_control.messages.types import Header, JointState
 from mobile_robot_control.quantities import WheelTorque
 from mobile_robot_control.runs.bag import stamped_by_receipt
@@ -17,7 +17,7 @@ from mobile_robot_control.runs.errors import error_signal, with_errors
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.runs.samples import Messages, collect, samples_of
 from mobile_robot_control.runs.series import Series, Signal, describe_gaps, empty_signal
-from mobile_robot_control.topics import LOOP_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS, WHEEL_JOINTS
 
 MS = 1_000_000
 
