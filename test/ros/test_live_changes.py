@@ -13,7 +13,7 @@ from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 
-ARGUMENTS = ['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_time_factor:=2.0']
+ARGUMENTS = ['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_time_factor:=1.0']
 
 
 def _start(robot):
