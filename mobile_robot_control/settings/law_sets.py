@@ -97,16 +97,21 @@ def gains_of(configuration: Configuration) -> str:
 
 def set_for(law: str, present: Present) -> LawSet | None:
     """Return the shipped set of a law if its robot and rates are those of the nodes with these parameters."""
-    found, ours = shipped_set(law), present.get(POSITION, {})
-    fits = found is not None and VELOCITY in present and present.get('plant', {}).get('drive') != 'velocity' and all(
-        ours.get(name) == value for name, value in found.conditions.items())
+    found = shipped_set(law)
+    fits = found is not None and VELOCITY in present and present.get('plant', {}).get('drive') != 'velocity' and _fits(
+        found, present.get(POSITION, {}))
     return found if fits else None
 
 
+def _fits(found: LawSet, own: Mapping[str, Any]) -> bool:
+    """Return whether a set is for the robot and rates of a position controller with these parameters."""
+    return all(own.get(name) == value for name, value in found.conditions.items())
+
+
 def differing(found: LawSet, present: Present) -> Values:
-    """Return the values of a set that differ from the present ones, by node."""
-    unlike = {node: {name: value for name, value in values.items() if present.get(node, {}).get(name) != value}
-              for node, values in found.values.items()}
+    """Return the values of a set that differ from the present ones, by node, of nodes that are present."""
+    unlike = {node: {name: value for name, value in values.items() if present[node].get(name) != value}
+              for node, values in found.values.items() if node in present}
     return {node: values for node, values in unlike.items() if values}
 
 
@@ -159,11 +164,40 @@ def law_note(sources: ParameterSources) -> str:
     found = set_for(law, present)
     if found is None:
         return ''
+    return _words(found, present, meant, f'take them with --params-file {found.given}')
+
+
+def node_note(law: str, group: Any) -> str:
+    """
+    Return a line on a law that a running position controller takes up without the gains of its shipped set.
+
+    Parameters
+    ----------
+    law : str
+        Taken up.
+    group : NamedTuple
+        Parameters of the position controller, which knows no gains of other nodes.
+
+    Returns
+    -------
+    str
+        '' if its gains are those of the set, or the set is for another robot, for other rates or for lockstep alone.
+
+    """
+    own = _listed(group)
+    # on the wall clock a robot may drive meanwhile, and no set is for it
+    found = shipped_set(law) if own['lockstep'] else None
+    if found is None or not _fits(found, own):
+        return ''
+    return _words(found, {POSITION: own}, set(), 'choose the law on the live page, which sets them and the velocity '
+                  f'gains, or start all nodes with --params-file {found.given}')
+
+
+def _words(found: LawSet, present: Present, meant: set[str], remedy: str) -> str:
+    """Return a line on the groups of a set that differ from present ones, or '' if only parameters meant so do."""
     groups = sorted({_group(node, name) for node, values in differing(found, present).items() for name in values
                      if name not in meant})
     if not groups:
         return ''
-    return (f'{LAW} = {law} changes the law alone: {" and ".join(f"{node}.{group}" for node, group in groups)} '
-            f'{"differs" if len(groups) == 1 else "differ"} from {found.given}; take them with --params-file '
-            f'{found.given}')
-
+    return (f'{LAW} = {found.law} changes the law alone: {" and ".join(f"{node}.{group}" for node, group in groups)} '
+            f'{"differs" if len(groups) == 1 else "differ"} from {found.given}; {remedy}')

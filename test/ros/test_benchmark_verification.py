@@ -25,7 +25,7 @@ track: {ros__parameters: {purpose: A base with lag and odometry that drifts., ro
 }
 MAIN = ('import sys; from mobile_robot_control.benchmarking import command; '
         'from mobile_robot_control.loop import batch; '
-        'batch.COMPILES = False; command._DRAWN = 2; sys.exit(command.main())')
+        'batch.COMPILES = False; command._DRAWN = {}; sys.exit(command.main())')
 
 
 def test_drawn_runs_are_the_same_over_dds_and_one_that_is_not_is_told(domain, tmp_path, monkeypatch):
@@ -38,12 +38,12 @@ def test_drawn_runs_are_the_same_over_dds_and_one_that_is_not_is_told(domain, tm
     monkeypatch.setattr(batch, 'COMPILES', False)
     assert benchmark.main(arguments) == 0
 
-    def verify():
+    def verify(drawn):
         # nodes leave DDS with their process
-        return subprocess.run([sys.executable, '-c', MAIN, *arguments, '--verify'], capture_output=True, text=True,
-                              timeout=200, check=False)
+        return subprocess.run([sys.executable, '-c', MAIN.format(drawn), *arguments, '--verify'], capture_output=True,
+                              text=True, timeout=200, check=False)
 
-    verified = verify()
+    verified = verify(2)
     assert verified.returncode == 0, verified.stdout + verified.stderr
     assert verified.stdout.count('the same within 1e-09') == 2
     assert [one['difference'] for one in json.loads((tmp_path / 'out' / 'verified.json').read_text())] == [''] * 2
@@ -53,6 +53,6 @@ def test_drawn_runs_are_the_same_over_dds_and_one_that_is_not_is_told(domain, tm
         for name, value in cell['results'][0]['gains'].items():
             cell['results'][0]['gains'][name] = value * (1.0 + 1e-6) if isinstance(value, float) else value
         write_result(file, cell)
-    changed = verify()
+    changed = verify(1)
     assert changed.returncode == 1
     assert 'in the table' in changed.stderr

@@ -2,6 +2,7 @@
 
 import types
 
+import pytest
 import rclpy
 import yaml
 from helpers.parameter_calls import DECLARED
@@ -89,10 +90,11 @@ def _taken(arguments, make, names):
             for name, value in values.items()}
 
 
-def test_node_and_commands_read_the_same_values_or_refuse_the_file(domain, tmp_path, capfd):
+@pytest.mark.parametrize('count', [110, pytest.param(1000, marks=pytest.mark.soak)])
+def test_node_and_commands_read_the_same_values_or_refuse_the_file(domain, tmp_path, capfd, count):
     path, outcomes = tmp_path / 'fuzzed.yaml', {}
 
-    @settings(max_examples=150)
+    @settings(max_examples=count)
     @example(('plant', '/**: {ros__parameters: {odom_frame_id: null}}'))
     @example(('plant', '/**: {ros__parameters: {use_sim_time: []}}'))
     @example(('plant', '/**: {ros__parameters: {use_sim_time: 3}}'))
@@ -146,10 +148,11 @@ def _rcl_takes(arguments):
         'plant', start_parameter_services=False, automatically_declare_parameters_from_overrides=True), _NAMES)
 
 
-def test_the_last_value_in_ros_arguments_wins_or_is_refused(domain, tmp_path):
+@pytest.mark.parametrize('count', [40, pytest.param(1000, marks=pytest.mark.soak)])
+def test_the_last_value_in_ros_arguments_wins_or_is_refused(domain, tmp_path, count):
     outcomes = {True: 0, False: 0}
 
-    @settings(max_examples=60)
+    @settings(max_examples=count)
     @example(('/', [{'/**': {'peer_timeout': 1.0}, '/**/plant': {'duration': 1.0}}, ('', 'duration', 2.0)]))
     @given(st.sampled_from(list(_REACHING)).flatmap(_sources))
     def fuzz(drawn):

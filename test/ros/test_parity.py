@@ -72,8 +72,8 @@ def _assignments(options):
     # without memory, as ramsete
     pytest.param(name, marks=pytest.mark.soak) if name in ('kanayama', 'periodic') else name for name in LAWS])
 def test_recorded_topics_agree_with_the_rollout(domain, tmp_path, law):
-    # a lap of the law that has a memory; the others meet every speed of the cart within a sixth of it
-    seconds = 16 if law == 'hybrid_backstepping' else 3
+    # half a lap of the law that has a memory; the others meet every speed of the cart within a sixth of one
+    seconds = 8 if law == 'hybrid_backstepping' else 3
     configuration, arguments = configured(tmp_path, seconds, [CONFIG / f'{law}.yaml'])
     with driven(tmp_path / 'run', arguments) as robot:
         assert_agree(robot.recording(), configuration, seconds)

@@ -122,7 +122,9 @@ def test_on_the_wall_clock_a_path_is_planned_beside_the_cart_and_an_empty_one_st
     numbers = {}
     robot.recorder.create_subscription(DiagnosticArray, '/diagnostics', lambda message: numbers.update(
         (one.key, one.value) for one in message.status[0].values if 'pla' in one.key or 'path' in one.key), 10)
-    robot.start(arguments=['-p', 'lockstep:=false', '-p', 'path.timeout:=2.0', *TIMING], composed=True)
+    # at the rates of config/wall_clock.yaml, which leave half of the machine to other tests
+    robot.start(arguments=['-p', 'lockstep:=false', '-p', 'velocity_rate:=200.0', '-p', 'position_rate:=50.0',
+                           '-p', 'path.timeout:=2.0', *TIMING], composed=True)
     robot.spin_until(lambda: cart[-1] == 'standing')
     references = []
     robot.recorder.create_subscription(Odometry, 'reference', lambda message: references.append(

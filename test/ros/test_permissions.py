@@ -33,10 +33,12 @@ class TransformBroadcaster:
         pass
 """
 """Stands for tf2_ros, which the wheels do not have: its broadcaster publishes on /tf."""
+SLOW = ['-p', 'real_time_factor:=0.05']
+"""What is created does not depend on the pace; twelve nodes at full pace take a core."""
 MODES = {
-    '/lockstep': ['-p', 'noise.velocity:=0.01', '-p', 'odometry_stamped:=sampled', '-p', 'use_sim_time:=true'],
+    '/lockstep': [*SLOW, '-p', 'noise.velocity:=0.01', '-p', 'odometry_stamped:=sampled', '-p', 'use_sim_time:=true'],
     '/wall_clock': ['--params-file', str(CONFIG / 'wall_clock.yaml')],
-    '/base': ['-p', 'drive:=velocity', '-p', 'publish_clock:=false'],
+    '/base': [*SLOW, '-p', 'drive:=velocity', '-p', 'publish_clock:=false'],
 }
 """Arguments by namespace."""
 AT_TIMES = {'plant': {('subscribe', topic) for topic in ('reference', 'reference_horizon', 'cmd_accel')},

@@ -61,9 +61,16 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._start()
 
     def _change(self, values: PositionControllerParameters, waits: bool) -> None:
+        law, before = values.control.controller_type, self.parameters.control.controller_type
         super()._change(values, waits)
         self._monitor.latencies['odom'] = values.odom_latency
         self._law.change(values.control)
+        if law != before:
+            from mobile_robot_control.settings.law_sets import node_note  # noqa: PLC0415 (no node needs it to start)
+
+            note = node_note(law, values)
+            if note:
+                self.get_logger().info(note)
 
     def read_again(self) -> None:
         """Read the changed files of laws again; their law joins the run as after a live switch."""

@@ -27,6 +27,13 @@ def test_a_drawn_path_is_planned_sent_and_followed_and_another_one_joins_it(page
     # 0.8 m and 0.6 m with a rounded corner: two points alone have a plan, too
     page.wait(lambda: _words(page).startswith('1.3'))
     before = _words(page)
+    words = page.driver.execute_async_script(
+        'const words = [], pen = CanvasRenderingContext2D.prototype, {fillText} = pen;'
+        'pen.fillText = function (...given) { words.push(given[0]); fillText.apply(this, given); };'
+        'mrc.stage.redraw(); requestAnimationFrame(() => requestAnimationFrame(() => {'
+        'pen.fillText = fillText; arguments[0](words); }))')
+    fastest = re.search(r'at most (\S+ m/s)', before)[1]
+    assert {'robot', 'L', 'R', 'error  0', 'speed  0', fastest, '1', '2', '3'} <= set(words)
     # the cross stays in view, however far it goes
     scene.send_keys(*[Keys.SHIFT, *[Keys.ARROW_RIGHT] * 12])
     x, y = map(float, re.fullmatch(r'cross at (.*), (.*) m', _words(page)).groups())

@@ -106,7 +106,7 @@ def test_a_twist_is_taken_as_it_is_where_it_agrees_also_at_rest_and_after_a_jump
     assert not told
 
 
-def _wander(seed, rate, jump=None, lost=(), noise=0.0, resting=False):
+def _wander(seed, rate, jump=None, lost=(), noise=0.0, resting=False, seconds=5.0):
     """
     Drive about with changing twists, while odometry jumps at 2 s by (x, y, turn), and some spans [s] of it are lost.
 
@@ -115,7 +115,7 @@ def _wander(seed, rate, jump=None, lost=(), noise=0.0, resting=False):
     draw, (twist, told) = random.Random(seed), _twist()  # noqa: S311 (motions, no secrets)
     phases = [draw.uniform(0.0, 6.0) for _ in range(4)]
     x, y, heading, jumps, trusted = 3.0, -2.0, 1.0, [], True
-    for n in range(round(5.0 * rate)):
+    for n in range(round(seconds * rate)):
         for part in range(10):
             time = (n + part / 10.0) / rate
             v = 0.0 if resting else 0.25 + 0.25 * math.sin(1.7 * time + phases[0])
@@ -142,7 +142,8 @@ def test_one_pose_that_jumps_is_told_with_its_size_and_the_twist_stays_trusted(r
     draw = random.Random(rate)  # noqa: S311 (jumps, no secrets)
     for size, turn in [*itertools.product((0.0, 0.05, 0.2, 0.5), (0.0, 0.1, 1.0)), (0.1, 0.3), (0.36, 0.2)]:
         way = draw.uniform(-math.pi, math.pi)
-        jumps, trusted, told = _wander(3, rate, (size * math.cos(way), size * math.sin(way), turn), resting=resting)
+        jumps, trusted, told = _wander(
+            3, rate, (size * math.cos(way), size * math.sin(way), turn), resting=resting, seconds=3.5)
         if size or turn:
             (moved, turned), = jumps
             assert (moved, turned) == pytest.approx((size, turn), abs=0.01), (size, turn)

@@ -7,7 +7,14 @@ from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.runs import simulation
 from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.files import load
-from mobile_robot_control.settings.law_sets import differing, groups_set_by_user, law_note, set_for, shipped_set
+from mobile_robot_control.settings.law_sets import (
+    differing,
+    groups_set_by_user,
+    law_note,
+    node_note,
+    set_for,
+    shipped_set,
+)
 
 LAW = 'position_controller.controller_type'
 
@@ -57,6 +64,23 @@ def test_gains_that_are_neither_defaults_nor_of_a_set_are_the_users():
 ])
 def test_a_law_selected_without_its_set_is_told_in_a_line(overrides, words):
     note = law_note(ParameterSources(overrides=tuple(overrides)))
+    assert words in note
+    assert bool(words) == bool(note)
+
+
+@pytest.mark.parametrize(('overrides', 'files', 'words'), [
+    ([], [], 'controller_type = fuzzy changes the law alone: position_controller.fuzzy differs from config/fuzzy.yaml; '
+     'choose the law on the live page'),
+    (['position_controller.fuzzy.a:=1.0'], ['fuzzy.yaml'], 'position_controller.fuzzy differs from'),
+    # of the velocity gains the node knows nothing
+    (['velocity_controller.gains.k1:=0.2'], ['fuzzy.yaml'], ''),
+    (['/**.robot.mass:=5.0'], [], ''),
+    ([], ['wall_clock.yaml'], ''),
+])
+def test_a_node_tells_of_its_own_gains_alone(overrides, files, words):
+    folder = shipped_set('fuzzy').file.parent
+    configuration = configure(load([folder / name for name in files], [*overrides, f'{LAW}:=fuzzy']))
+    note = node_note('fuzzy', configuration.position_controller)
     assert words in note
     assert bool(words) == bool(note)
 

@@ -91,6 +91,39 @@ def test_wheels_turn_trails_show_large_errors_and_torques_are_bars_as_long_as_th
     assert half == pytest.approx(full / 2, abs=3)
 
 
+@pytest.mark.parametrize(('scheme', 'width'), [('light', 700), ('dark', 360)])
+def test_a_drawn_path_is_coloured_by_its_speed_with_a_bar_beside_that_of_errors_and_robots_have_names(
+    scene, scheme, width
+):
+    before, after, colours, bar, slow, fast, dashed = scene(scheme)('''(() => {
+      canvas.style.width = `${WIDTH}px`;
+      let words = [], bar = [];
+      const prototype = CanvasRenderingContext2D.prototype, {fillText, fillRect} = prototype;
+      prototype.fillText = function (...given) { words.push(given); fillText.apply(this, given); };
+      prototype.fillRect = function (...given) {
+        if (given[3] === 10) bar.push([this.fillStyle, given[1]]); fillRect.apply(this, given); };
+      const made = mrc.makeScene(canvas, {robots: [robot], path: null, errorScale: 0.05});
+      const trail = {x: [0, 1], y: [0, 0], error: [0, 0], from: 0, to: 1};
+      const shown = (drawing) => {
+        [words, bar] = [[], []];
+        made.draw({robots: [{pose: null, torque: [1, 0], limit: 1, trail}], drawing});
+        return words.map(([word]) => word); };
+      made.fit([-2, 2], [-2, 2], true);
+      const points = [[-1, 1, ''], [1, 1, '']], before = shown({points, cursor: null});
+      const x = Array.from({length: 41}, (_, n) => -1 + n / 20), y = x.map(() => 1);
+      const after = shown({points, x, y, speed: x.map((one) => one < 0 ? 0.001 : 0.4), most: 0.4});
+      const at = (place) => hex(...made.toScreen(place, 1)), style = getComputedStyle(canvas);
+      const colours = ['slow', 'fast'].map((name) => style.getPropertyValue(`--speed-${name}`).trim());
+      const edges = [bar[16], bar[31]], seen = [at(-0.525), at(0.525)];
+      shown({points, x, y, speed: x.map(() => -0.4), most: 0.4});
+      const dashed = x.filter((one) => at(one - 0.025) === seen[1]).length;
+      return [before, after, colours, edges, ...seen, dashed]; })()'''.replace('WIDTH', str(width)))
+    assert set(after) - set(before) == {'speed  0', '0.4 m/s'}
+    assert {'first', 'L', 'R', '1.00 N m', 'error  0', '1', '2', 'x [m]', 'y [m]'} <= set(before)
+    assert [colour for colour, _ in bar] == colours == [slow, fast]
+    assert 10 < dashed < 30
+
+
 def test_a_number_that_is_not_known_is_not_drawn_and_a_robot_far_away_is_an_arrow_that_leaves_the_view_as_it_is(scene):
     evaluate = scene()
     assert evaluate('''(() => {
