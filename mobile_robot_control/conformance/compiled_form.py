@@ -4,13 +4,16 @@ import ast
 import inspect
 import linecache
 import os
+import sys
 import textwrap
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
 from random import Random
-from types import FunctionType
+from types import BuiltinFunctionType, FunctionType
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from mobile_robot_control import elementary
 from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutError
@@ -117,13 +120,31 @@ def _elsewhere(node: ast.AST, names: Mapping[str, Any]) -> str:
         return 'sums in order'
     if isinstance(node, ast.Call):
         value, name = _value(node.func, names), _called(node)
-        home = getattr(value, '__module__', None) or type(value).__module__
+        home = _home(value)
+        if _is_foreign(value):
+            return 'a formula in Python, since what C computes is not seen,'
         if (home == 'math' and name not in EXACT) or (
                 home.partition('.')[0] == 'numpy' and (name in vars(elementary) or 'linalg' in home)):
             return f'{name} of mobile_robot_control.elementary' if name in vars(elementary) else 'a formula of its own'
         if home.partition('.')[0] == 'numpy' and name in ORDERED:
             return 'sums in order'
     return ''
+
+
+def _home(value: Any) -> str:
+    """Return the module of a function, or of its type."""
+    return str(getattr(value, '__module__', None) or type(value).__module__)
+
+
+def _is_foreign(value: Any) -> bool:
+    """Return whether a function is one of C, and of neither Python nor NumPy."""
+    kind, home = type(value), _home(value)
+    if kind.__module__ in ('ctypes', '_cffi_backend') or kind.__name__ in ('cython_function_or_method', 'nb_func'):
+        return not home.startswith('numpy')
+    if isinstance(value, np.ufunc):
+        return getattr(np, value.__name__, None) is not value
+    return isinstance(value, BuiltinFunctionType) and (
+        home == 'cmath' or home.partition('.')[0] not in sys.stdlib_module_names | {'numpy'})
 
 
 def _tree(function: FunctionType) -> ast.AST | None:
@@ -270,7 +291,7 @@ def same_bits_elsewhere(law: Law) -> Iterator[str]:
     """
     Warn of functions that round differently on another machine; those of a law of the package are faults.
 
-    Sources alone are read: what C computes, as by ctypes, is not seen.
+    Sources alone are read: functions of C, as by ctypes, are named where the source calls them by name.
     """
     found = suspects(law.step, _elsewhere)
     if not found:

@@ -187,12 +187,13 @@ _MOST = 60
 
 
 class _Report(NamedTuple):
-    """The newest report of a node: its time of receipt [s], its text, and its refusals by topic and reason."""
+    """The newest report of a node: time of receipt [s], text, refusals by topic and reason, plans without a change."""
 
     came: float
     text: str
     refused: int
-    reasons: dict[str, str]
+    reasons: dict[str, int]
+    unchanged: int
 
 
 class NodeStates:
@@ -212,11 +213,10 @@ class NodeStates:
             name = '/' + shortened(status.name, 200)
             if len(self._reports) >= _MOST and name not in self._reports:
                 self._reports.pop(min(self._reports, key=lambda known: self._reports[known].came))
-            count = values.get('refused', '0')
             self._reports[name] = _Report(
-                time.monotonic(), shortened(status.message), int(count) if count.isdecimal() and len(count) < 16 else 0,
-                {shortened(key.removeprefix('refused '), 120): shortened(value, 20) for key, value in values.items()
-                 if key.startswith('refused ')})
+                time.monotonic(), shortened(status.message), _count(values.get('refused', '0')),
+                {shortened(key.removeprefix('refused '), 120): _count(value) for key, value in values.items()
+                 if key.startswith('refused ')}, _count(values.get('plans unchanged', '0')))
 
     def of(self, names: Iterable[str]) -> list[dict[str, Any]]:
         """Return the states of nodes by their full names, ready for JSON."""
@@ -225,10 +225,16 @@ class NodeStates:
     def _of(self, name: str) -> dict[str, Any]:
         report = self._reports.get(name)
         if report is None:
-            return {'name': name, 'text': 'no report yet', 'good': False, 'refused': 0, 'reasons': {}}
+            return {'name': name, 'text': 'no report yet', 'good': False, 'refused': 0, 'reasons': {},
+                    'unchanged': 0}
         silent = time.monotonic() - report.came
         ended = report.text == 'ended'
         text = report.text if silent < _SILENT or ended else (
             f'silent for {silent:.0f} s; the last report was: {report.text}')
         return {'name': name, 'text': text, 'good': silent < _SILENT and report.text in _GOOD,
-                'refused': report.refused, 'reasons': report.reasons}
+                'refused': report.refused, 'reasons': report.reasons, 'unchanged': report.unchanged}
+
+
+def _count(text: str) -> int:
+    """Return a count of a report; 0 for another text."""
+    return int(text) if text.isdecimal() and len(text) < 16 else 0

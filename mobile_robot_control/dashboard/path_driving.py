@@ -82,12 +82,13 @@ class PathDriver:
             await self._send_path(self._sent)
 
     async def _course_changes(self) -> Counter[str]:
-        """Return the number of course changes and refused paths of the cart, by event or reason."""
+        """Return the number of course changes, refused paths and unchanged plans of the cart, by event or reason."""
         def look() -> Counter[str]:
             known = self._link.book.nodes.get('reference_cart')
             states = self._link.states.of([known.name]) if known else []
             events = {key: count for (node, key), count in self._link.events.counts.items() if node == 'reference_cart'}
-            return Counter(events | {reason: count for state in states for reason, count in state['reasons'].items()})
+            return Counter(events | {name: count for state in states for name, count in (
+                *state['reasons'].items(), ('unchanged', state['unchanged']))})
 
         found: Counter[str] = await asyncio.wrap_future(self._link.submit(look))
         return found

@@ -70,9 +70,9 @@ class Follower:
 
     def distance(self, point: Point, passed: float = 0.0) -> float:
         """Return the distance of the polyline from a point that comes after the last one, so far behind it [m]."""
-        nearest, first = math.inf, self.place
+        nearest, first, reach = math.inf, self.place, self.length + 1.5 * passed + _WINDOW
         for n in range(first, len(self._way) - 1):
-            if self._lengths[n] > self._lengths[first] + 1.5 * passed + _WINDOW and n > first:
+            if self._lengths[n] > reach and n > first:
                 break
             start, end = self._way[n], self._way[n + 1]
             size = self._lengths[n + 1] - self._lengths[n]

@@ -1,5 +1,6 @@
 """The cart that waits: its time along the curve stands still until the robot follows."""
 
+from math import inf
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.angles import wrap_angle
@@ -10,7 +11,9 @@ from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose
 NEAR = 0.1
 """[m]: a waiting cart continues when the robot is at most this far away ..."""
 ALIGNED = 0.3
-"""... and has its heading to within this angle [rad], or stands."""
+"""... and has its heading to within this angle [rad], or came no nearer to it ..."""
+PATIENCE = 3.0
+"""... for this time [s]: a base may be slow to start, and not every law turns towards a cart that stands."""
 SILENT = 0.5
 """[s] without odometry: the robot counts as silent."""
 STANDING = 0.5
@@ -53,6 +56,10 @@ class WaitingCart(NamedTuple):
         Pose of the robot at its last motion.
     since : float
         Steady time of that motion [s].
+    least : float
+        Smallest difference of the robot's heading since it came near a waiting cart [rad]; infinite before.
+    nearer : float
+        Steady time at which that last became smaller [s].
 
     """
 
@@ -62,6 +69,8 @@ class WaitingCart(NamedTuple):
     why: str
     place: Pose
     since: float
+    least: float = inf
+    nearer: float = -inf
 
 
 def begin_waiting(now: float, pose: Pose) -> WaitingCart:
@@ -103,13 +112,18 @@ def move_cart(
         After a wait its time along the curve continues from where it stood.
 
     """
-    moved = apart(pose, cart.place) > _MOVED or _turned(pose, cart.place) > _TURNED
+    moved = apart(pose, cart.place) > _MOVED or turned(pose, cart.place) > _TURNED
     place, since = (pose, now) if moved else (cart.place, cart.since)
-    robot = _Robot(age, apart(pose, at), _turned(pose, at), now - since > STANDING)
+    away, angle, least, nearer = apart(pose, at), turned(pose, at), cart.least, cart.nearer
+    if not cart.why or away > wait_distance:
+        least, nearer = inf, now
+    elif away <= NEAR and angle < least - _TURNED:
+        least, nearer = angle, now
+    robot = _Robot(age, away, angle <= ALIGNED or (least < inf and now - nearer > PATIENCE), now - since > STANDING)
     why = hold or _reason(cart.why, robot, wait_distance)
     dt = now - cart.now
     rate = max(0.0, cart.rate - dt / _RAMP) if hold else 0.0 if why else min(1.0, cart.rate + dt / _RAMP)
-    return WaitingCart(now, cart.time + rate * dt, rate, why, place, since)
+    return WaitingCart(now, cart.time + rate * dt, rate, why, place, since, least, nearer)
 
 
 def slowed(reference: Reference, rate: float, waits: bool = False) -> Reference:
@@ -135,17 +149,17 @@ def apart(one: Pose, other: Pose) -> float:
     return hypot(one.x - other.x, one.y - other.y)
 
 
-def _turned(one: Pose, other: Pose) -> float:
+def turned(one: Pose, other: Pose) -> float:
     """Return the angle between the headings of two poses [rad]."""
     return abs(wrap_angle(one.heading - other.heading))
 
 
 class _Robot(NamedTuple):
-    """Odometry's age [s]; distance [m] and heading difference [rad] from the cart; whether the robot stands."""
+    """Odometry's age [s], distance from the cart [m], whether its heading is that of the cart, whether it stands."""
 
     age: float
     apart: float
-    turned: float
+    faces: bool
     stands: bool
 
 
@@ -156,8 +170,7 @@ def _reason(before: str, robot: _Robot, wait_distance: float) -> str:
     if robot.apart > wait_distance:
         return f'the robot is farther away than wait_distance = {wait_distance} m'
     if before:
-        # a robot that stands near, but not along the curve, need not turn before the cart moves
-        if robot.apart <= NEAR and (robot.turned <= ALIGNED or robot.stands):
+        if robot.apart <= NEAR and robot.faces:
             return ''
         # the reason at the start of the wait may no longer hold
         return before if before == _AWAY else _STANDS if robot.stands else _COMING

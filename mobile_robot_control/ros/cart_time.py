@@ -9,6 +9,7 @@ from rclpy.node import Node
 
 from mobile_robot_control.quantities import Pose, Reference
 from mobile_robot_control.reference.waiting import (
+    ALIGNED,
     NEAR,
     WaitingCart,
     after_a_pause,
@@ -17,6 +18,7 @@ from mobile_robot_control.reference.waiting import (
     later,
     move_cart,
     slowed,
+    turned,
 )
 from mobile_robot_control.ros.cart_course import CartCourse
 from mobile_robot_control.ros.clock import SteadyClock
@@ -253,5 +255,6 @@ class CartWait:
 
     def _words(self, cart: WaitingCart) -> str:
         """Describe why the cart waits, and what ends the wait."""
-        return (f'{cart.why}: {apart(self._pose, self._at):.2f} m lie between robot and cart, which goes on within '
-                f'{NEAR} m')
+        robot, at = self._pose, self._at
+        return (f'{cart.why}: {apart(robot, at):.2f} m and {turned(robot, at):.2f} rad lie between robot and cart, '
+                f'which goes on within {NEAR} m and {ALIGNED} rad')

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import rclpy
@@ -19,6 +20,8 @@ from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.parameters.rcl_yaml import parse_yaml
+from mobile_robot_control.reference.cart import Placement
+from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.ros.process import LOAD_ERRORS, Stop, load_fault, refuse
 from mobile_robot_control.settings.files import (
     PATH_FILE,
@@ -46,11 +49,12 @@ class _Source(NamedTuple):
     is_of_file: bool = False
 
 
-def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> str:
+def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> dict[str, Any]:
     """
     Check the arguments of nodes before their start.
 
-    Returns the file of waypoints in them, relative to the folder of the file that names it; '' for none.
+    Returns the values of the reference cart that replace those that rcl reads: the file of waypoints, relative to the
+    folder of the file that names it, and for a path the defaults of what places a curve in an earlier file.
 
     Raises ParameterError for all that rcl ignores silently: arguments outside `--ros-args`, empty files, unknown names,
     names in a wrong section, sections that do not reach a renamed node, and values that are written last but lose; and
@@ -70,7 +74,8 @@ def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> str:
     violations = [violation for name in names for violation in _losing(sources, name, full)]
     if violations:
         raise ParameterError(violations)
-    return str(values['reference_cart'].get(PATH_FILE, ''))
+    cart = values['reference_cart']
+    return {name: cart[name] for name in (PATH_FILE,) if name in cart} | _unplaced(sources, full)
 
 
 def _options(arguments: Sequence[str]) -> _Options:
@@ -166,6 +171,17 @@ def _losing(sources: Sequence[_Source], node: str, full: Mapping[str, str]) -> I
                    f"{winner.values[name]!r} under '{winner.section}' ({winner.where}); write {remedy}")
 
 
+def _unplaced(sources: Sequence[_Source], full: Mapping[str, str]) -> dict[str, Any]:
+    """Return the defaults of what places a curve in files before the last one that names the path of the cart."""
+    ours = [one for one in sources if 'reference_cart' in addressed_nodes(one.section, full)]
+    *_, naming = [one for one in ours if 'curve' in one.values] or [_Source('', '', {})]
+    if naming.values.get('curve') != PATH:
+        return {}
+    first = next(n for n, one in enumerate(ours) if one.where == naming.where)
+    kept = {name for n, one in enumerate(ours) if n >= first or not one.is_of_file for name in one.values}
+    return {name: default for name, default in Placement()._asdict().items() if name not in kept}
+
+
 RCLError = rclpy_implementation.RCLError
 """Raised by rclpy if rcl refuses."""
 _CLASSES = {
@@ -186,13 +202,13 @@ def make_executor() -> Executor:
     return EventsExecutor()
 
 
-def make_node(name: str, own: Any = None, path_file: str = '') -> Any:
-    """Make one of the four nodes by its name, the cart with a file of waypoints if given; or one's own node."""
+def make_node(name: str, own: Any = None, of_cart: Mapping[str, Any] = MappingProxyType({})) -> Any:
+    """Make one of the four nodes by its name, the cart with values that replace rcl's; or one's own node."""
     if own is not None:
         return importlib.import_module('mobile_robot_control.ros.nodes.step_node').StepNode(own)
     module = importlib.import_module(f'mobile_robot_control.ros.nodes.{name}')
     made = getattr(module, _CLASSES[name])
-    return made(path_file) if name == 'reference_cart' else made()
+    return made(of_cart) if name == 'reference_cart' else made()
 
 
 def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: Any = None) -> int:
@@ -221,7 +237,7 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: Any = 
     if 'FASTRTPS_DEFAULT_PROFILES_FILE' not in os.environ:
         os.environ.setdefault('FASTDDS_DEFAULT_PROFILES_FILE', str(Path(__file__).with_name('fastdds.xml')))
     try:
-        path_file = '' if own is not None else check_ros_arguments(names, arguments)
+        of_cart = {} if own is not None else check_ros_arguments(names, arguments)
         rclpy.init(args=list(arguments), signal_handler_options=SignalHandlerOptions.NO)
     except ParameterError as error:
         return refuse(label, error.violations)
@@ -231,7 +247,7 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: Any = 
     code = 1
     try:
         for name in names:
-            nodes.append(make_node(name, own, path_file))
+            nodes.append(make_node(name, own, of_cart))
     except ParameterError as error:
         code = refuse(label, error.violations)
     except ParameterException as error:  # a parameter of ROS's own, such as use_sim_time: 3

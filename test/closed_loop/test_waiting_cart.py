@@ -10,6 +10,7 @@ from helpers.harness import CONFIG
 from helpers.stand_in_model import Base, drive
 
 from mobile_robot_control.control.compensation import carried_forward
+from mobile_robot_control.control.laws import BUILT_IN
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose
 from mobile_robot_control.reference.cart import reference_at
@@ -110,6 +111,25 @@ def test_a_base_that_was_held_is_not_made_to_chase_the_cart(law, approach_speed)
     assert 5.0 < following.waited * 0.02 < 10.0
     # the reference never jumps
     assert max(after - before for before, after in itertools.pairwise(following.times)) < 0.021
+
+
+@pytest.mark.parametrize(('law', 'approach_speed'), [
+    pytest.param(law.name, speed, marks=() if (law.name, speed) in (('kanayama', 0.2), ('fuzzy', 0.0)) else
+                 pytest.mark.soak) for law in BUILT_IN for speed in (0.0, 0.2)])
+def test_a_base_that_starts_late_is_turned_along_the_curve_first_and_no_law_is_waited_for_without_end(
+        law, approach_speed):
+    following = Following(law, approach_speed)
+    start, errors = following.reference(0.0).pose, []
+
+    def late(time, stamp, pose, velocity):
+        command = following(time, stamp, pose, velocity)
+        errors.append(abs(math.remainder(pose[2] - start.heading, 2.0 * math.pi)))
+        return command if time > 2.0 else (0.0, 0.0)
+
+    drive(Base(), late, (start.x + 0.03, start.y, start.heading + 3.1), 16.0)
+    began = next(n for n, time in enumerate(following.times) if time > 0.0)
+    assert errors[began] < 0.3 or not approach_speed
+    assert max(following.apart[-100:]) < (0.2 if law == 'fuzzy' else 0.1)
 
 
 def test_an_approach_is_not_stopped_for_its_distance_and_a_law_that_would_leap_is():

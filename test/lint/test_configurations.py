@@ -137,9 +137,9 @@ def test_rcl_reads_every_shipped_file_and_every_node_starts_with_those_of_robots
         '    arguments = ["--ros-args", "--params-file", path]\n'
         '    rclpy.init(args=arguments)\n'
         '    for name in NODES:\n'
-        '        file = check_ros_arguments([name], arguments)\n'
+        '        of_cart = check_ros_arguments([name], arguments)\n'
         '        if "/robots/" in path:\n'
-        '            make_node(name, path_file=file).destroy_node()\n'
+        '            make_node(name, of_cart=of_cart).destroy_node()\n'
         '    rclpy.shutdown()\n'
     )
     done = subprocess.run([sys.executable, '-c', code, *map(str, FILES)], capture_output=True, text=True, timeout=100,

@@ -6,6 +6,7 @@ import time
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from functools import partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -50,13 +51,13 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     Parameters
     ----------
-    path_file : str
-        File of waypoints in place of the parameter's value, which may be relative to the file that contains it.
+    replaced : mapping of str to object
+        Parameters in place of those of its files, such as `path.file`, relative to the one that contains it.
 
     """
 
-    def __init__(self, path_file: str = '') -> None:
-        super().__init__('reference_cart', ReferenceCartParameters, {'path.file': path_file} if path_file else {})
+    def __init__(self, replaced: Mapping[str, Any] = MappingProxyType({})) -> None:
+        super().__init__('reference_cart', ReferenceCartParameters, replaced)
         shared, horizon = self._shared, self._shared.reference_horizon
         self._course = CartCourse(self.parameters, self._position_period)
         self._time = self._make_time(horizon)

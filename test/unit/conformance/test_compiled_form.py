@@ -1,6 +1,9 @@
 """Compiled and plain form: differences in last bits are warned of by line, larger ones and built-in laws fail."""
 
+import cmath
+import ctypes
 import inspect
+import itertools
 import math
 import re
 import warnings
@@ -10,6 +13,7 @@ from random import Random
 
 import numpy as np
 import pytest
+import scipy.special
 from helpers import broken_laws
 from helpers.outside_laws import OF_THE_LIBRARY, OUTSIDE, of_the_library
 
@@ -18,6 +22,8 @@ from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutE
 from mobile_robot_control.conformance.compiled_form import (
     DIFFERENT,
     UNCOMPILED,
+    _elsewhere,
+    _is_foreign,
     compiled_equals_plain,
     same_bits_elsewhere,
     suspects,
@@ -180,6 +186,34 @@ def test_what_depends_on_the_machine_is_warned_of_by_line():
     with pytest.warns(ConformanceWarning, match=r'np\.dot\(.*\) \(write sums in order instead\)') as caught:
         assert list(same_bits_elsewhere(Law('matrix', matrix_step, broken_laws.Gains))) == []
     assert '2.0' not in str(caught[0].message)
+
+
+LIBRARY = ctypes.CDLL(None)
+LIBRARY.fabs.restype, LIBRARY.fabs.argtypes = ctypes.c_double, [ctypes.c_double]
+magnitude = LIBRARY.fabs
+
+
+def foreign_step(state, observation, gains, dt):
+    e1, e2, e3 = observation.error
+    pushed = min(abs(e2), len(observation.error), np.add(e1, e2), float(ctypes.c_double(e3).value))
+    return state, BodyVelocity(LIBRARY.fabs(e1) + pushed, magnitude(e2) + cmath.phase(1j))
+
+
+def test_functions_of_c_that_a_law_calls_by_name_are_told_by_line():
+    with pytest.warns(ConformanceWarning, match='depend on the machine') as caught:
+        assert list(same_bits_elsewhere(Law('foreign', foreign_step, broken_laws.Gains))) == []
+    found = suspects(foreign_step, _elsewhere)
+    assert [one.line - foreign_step.__code__.co_firstlineno for one in found] == [3]
+    assert 'LIBRARY.fabs(e1) (write a formula in Python, since what C computes is not seen, instead)' in str(
+        caught[0].message)
+
+
+@pytest.mark.parametrize(('function', 'is_foreign'), [
+    (magnitude, True), (cmath.phase, True), (scipy.special.expit, True), (ctypes.c_double, False), (np.sin, False),
+    (np.zeros, False), (np.random.default_rng, False), (len, False), ({}.get, False), (math.sqrt, False),
+    (np.zeros(3).sum, False), (itertools.islice, False), (BodyVelocity, False)])
+def test_a_function_of_c_is_told_from_those_of_python_and_numpy(function, is_foreign):
+    assert _is_foreign(function) is is_foreign
 
 
 @pytest.mark.parametrize('law', [*OUTSIDE, *BUILT_IN], ids=lambda law: law.name)

@@ -2,8 +2,10 @@
 
 import math
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from hypothesis import given
 from hypothesis import strategies as st
+from rclpy.serialization import serialize_message
 
 from mobile_robot_control.dashboard.graph import NodeStates
 from mobile_robot_control.dashboard.sampling import COLUMNS, Sampler, message_text
@@ -53,6 +55,15 @@ def test_any_bytes_are_no_state(message):
     states = NodeStates()
     states.take(message)
     assert states.of(['/plant'])[0]['text'] == 'no report yet'
+
+
+def test_refusals_and_unchanged_plans_of_a_report_are_counts():
+    values = {'refused': '3', 'refused path: stale': '3', 'plans unchanged': '12', 'plans taken': '7', 'refused x': '²'}
+    states = NodeStates()
+    states.take(serialize_message(DiagnosticArray(status=[DiagnosticStatus(
+        name='plant', values=[KeyValue(key=key, value=value) for key, value in values.items()])])))
+    [state] = states.of(['/plant'])
+    assert (state['refused'], state['reasons'], state['unchanged']) == (3, {'path: stale': 3, 'x': 0}, 12)
 
 
 def test_a_message_that_is_too_short_is_counted_by_topic_and_reason():

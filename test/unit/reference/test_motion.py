@@ -193,7 +193,7 @@ def test_the_rest_of_a_path_with_a_cusp_changes_nothing_wherever_it_is_sent_agai
 
 @pytest.mark.parametrize(('heading', 'expected'), [
     (0.0, [-1.2]), (0.7, [-1.2]), (0.8, ['+134°', 1.2]), (2.0, ['+65°', 1.2]), (math.pi, ['+180°', -1.2])])
-@pytest.mark.parametrize('gap', [0.05])
+@pytest.mark.parametrize('gap', [0.05, 0.6])
 def test_equal_headings_back_a_cart_straight_out_if_it_heads_along_them_and_a_repetition_changes_nothing(
         heading, expected, gap):
     before = Reference(Pose(0.0, 0.0, heading), BodyVelocity(0.0, 0.0))

@@ -51,11 +51,17 @@ def test_it_waits_at_its_start_for_a_robot_that_is_elsewhere(pose):
     assert {(step.time, step.rate) for step in steps} == {(0.0, 0.0)}
     assert steps[-1].why == ('the robot is not at the start' if pose.x > 1.0 else
                              'the robot is farther away than wait_distance = 0.5 m')
-    # near, but turned away: it waits while the robot turns, and for half a second where that stands
+    # near, but turned away: it waits while the robot turns, and for three seconds where that turns no nearer
     turned = Pose(1.0, -0.05, 0.0)
-    steps = run(steps[-1], 2.0, turned)
+    steps = run(steps[-1], 4.0, turned)
     waits = next(n for n, step in enumerate(steps) if not step.why)
-    assert 0.5 < waits * DT < 0.6
+    assert 3.0 < waits * DT < 3.1
+    # such as one that is never aligned, now near and now a little farther away
+    [cart, *swinging] = steps[:1]
+    for n in range(400):
+        at_rest = Pose(1.0, -0.09 + 0.02 * math.sin(0.1 * n), 3.0 * math.sin(0.2 * n) - 2.0)
+        swinging.append(cart := move_cart(cart, cart.now + DT, 0.0, at_rest, at(0.0), FAR))
+    assert not swinging[-1].why
     # near and along the curve: at once
     assert run(steps[0], DT, Pose(1.0, -0.09, 1.4))[-1].why == ''
 

@@ -48,7 +48,7 @@ def test_what_it_waits_for_is_logged_once_and_reported():
     cart.run(5.0, follows=False)
     words = cart.logged[1]
     assert words.startswith('the cart waits: the robot stands: 0.1')
-    assert words.endswith(' m lie between robot and cart, which goes on within 0.1 m')
+    assert words.endswith(' m and 0.00 rad lie between robot and cart, which goes on within 0.1 m and 0.3 rad')
     condition = cart.wait.condition()
     assert (condition.level, condition.state) == (DiagnosticStatus.WARN, 'waiting')
     assert f'the cart waits: {condition.detail}' == words
