@@ -10,7 +10,7 @@ from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.elementary import atan2, sin_cos
 from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.quantities import LARGEST, Pose
-from mobile_robot_control.runs.columns import TRUE_ERROR, held_of, numbers_of, sample_of
+from mobile_robot_control.runs.columns import TRUE_ERROR, Numbers, held_of, numbers_of, sample_of
 from mobile_robot_control.topics import GROUND_TRUTH, POSITION_TOPICS, RUN_TOPICS, VELOCITY_TOPICS
 
 _STAMP = 'odom.header.stamp'
@@ -93,17 +93,16 @@ def _columns(topic: str, cells: Sequence[float]) -> Sequence[float]:
     return x, y, atan2(2.0 * sine * cosine, cosine * cosine - sine * sine), linear, angular
 
 
-def sample_from_row(values: Sequence[float]) -> Sample:
+def numbers_from_row(values: Sequence[float]) -> Numbers:
     """
-    Return a row of CSV_COLUMNS, and of TRUTH_COLUMNS if present, as a sample, headings to rounding.
+    Return the numbers of a row of CSV_COLUMNS, and of TRUTH_COLUMNS if present, by topic, headings to rounding.
 
     The inverse of `row_from_sample`.
     """
     numbers = {topic: _columns(topic, values[place]) for topic, place in _PLACES.items() if place.stop <= len(values)}
     if GROUND_TRUTH in numbers:
         numbers[TRUE_ERROR] = tracking_error(Pose(*numbers['reference'][:3]), Pose(*numbers[GROUND_TRUTH][:3]))
-    time, stamp = (values[place] for place in _TIMES)
-    return sample_of(time, held_of(stamp, numbers), numbers)
+    return numbers
 
 
 def _lines(file: TextIO) -> Iterator[str]:
@@ -129,7 +128,7 @@ def _numbers(cells: list[str]) -> list[float]:
 
 class Rows:
     """
-    The rows of a CSV file, as samples.
+    The rows of a CSV file, as samples or as numbers.
 
     Parameters
     ----------
@@ -163,7 +162,12 @@ class Rows:
         self._order = [names.index(name) for name in known]
 
     def __iter__(self) -> Iterator[Sample]:
-        """Yield a sample for each row that is whole, finite and later than the previous one."""
+        """Yield the sample of each usable row; see `numbers`."""
+        for time, stamp, numbers in self.numbers():
+            yield sample_of(time, held_of(stamp, numbers), numbers)
+
+    def numbers(self) -> Iterator[tuple[float, float, Numbers]]:
+        """Yield time and stamp [s] and numbers of each row that is whole, finite and later than the previous one."""
         newest = -math.inf
         try:
             for cells in self._reader:
@@ -181,6 +185,6 @@ class Rows:
                     self.left_out['not later than the row before'] += 1
                 else:
                     newest = values[0]
-                    yield sample_from_row(values)
+                    yield newest, values[_TIMES[1]], numbers_from_row(values)
         except (csv.Error, UnicodeDecodeError):
             self.left_out['no text from there on'] += 1

@@ -38,7 +38,8 @@ def _from_csv(path: Path, progress: ProgressCallback) -> Recording:
             rows = csv_table.Rows(io.TextIOWrapper(file, encoding='utf-8', newline=''))
         except csv_table.NotATableError as error:
             raise UnreadableRunError(f'{path}: {error}') from error
-        for count, _ in enumerate(reader.taking(rows)):
+        for count, row in enumerate(rows.numbers()):
+            reader.add(*row)
             if count % 5000 == 0:
                 progress(file.tell(), size)
     progress(size, size)

@@ -10,7 +10,7 @@ import numpy as np
 
 from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.quantities import NANOSECONDS
-from mobile_robot_control.runs.columns import COLUMNS, TRUE_ERROR, held_of, numbers_of, sample_of
+from mobile_robot_control.runs.columns import COLUMNS, TRUE_ERROR, Numbers, held_of, numbers_of, sample_of
 from mobile_robot_control.runs.joining import join
 from mobile_robot_control.runs.series import Series, Signal, Stamps, empty_signal
 from mobile_robot_control.topics import GROUND_TRUTH, LOOP_TOPICS, VELOCITY_TOPICS
@@ -176,15 +176,18 @@ class SampleReader:
         self._numbers = array('d')
         self._topics: tuple[str, ...] = tuple(LOOP_TOPICS)
 
+    def add(self, time: float, tick: float, numbers: Numbers) -> None:
+        """Store the numbers of a sample of a time, with those of a position tick [s]; see `numbers_of`."""
+        self._topics = tuple(numbers)
+        row = [time, tick]
+        for values in numbers.values():
+            row += values
+        self._numbers.extend(row)
+
     def taking(self, samples: Iterable[Sample]) -> Iterator[Sample]:
         """Yield samples, and store their numbers."""
         for sample in samples:
-            numbers = numbers_of(sample)
-            self._topics = tuple(numbers)
-            row = [sample.time, sample.tick.time]
-            for values in numbers.values():
-                row += values
-            self._numbers.extend(row)
+            self.add(sample.time, sample.tick.time, numbers_of(sample))
             yield sample
 
     def series(self) -> Series:
