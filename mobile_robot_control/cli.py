@@ -16,7 +16,7 @@ from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.system.files import explain, is_disk_full
 from mobile_robot_control.system.process import discard_output, flush_output, prepare_streams
 from mobile_robot_control.system.supervisor import leave_dds
-from mobile_robot_control.system.texts import printable
+from mobile_robot_control.system.texts import told
 from mobile_robot_control.version import __version__
 
 Request = TypeVar('Request')
@@ -55,12 +55,15 @@ class _CommandParser(argparse.ArgumentParser):
         except argparse.ArgumentError:
             pass  # the whole parser says so in its own words
         except ParameterError as error:
-            self.exit(2, ''.join(f'{self.prog}: {printable(violation)}\n' for violation in error.violations))
+            self.exit(2, ''.join(f'{self.prog}: {told(violation)}\n' for violation in error.violations))
         for word in given[:given.index('--')] if '--' in given else given:
-            name = word.partition('=')[0]
+            name, _, value = word.partition('=')
             # argparse names what is missing first, and takes a word with a space for a value
             if name.startswith('--') and ' ' not in word and name not in self._option_string_actions:
                 self.error(f"unknown option '{name}'; {nearest(name, self._option_string_actions)}")
+            # argparse drops it, and takes the option for one without a value
+            if name.startswith('--') and value == '--':
+                self.error(f"argument {name}: '--' is no value; write one")
         found, rest = super().parse_known_args(args, namespace)
         found.command_line = shlex.join([self.prog, *given])
         found.own_laws = laws if self.drives else ()
@@ -68,7 +71,7 @@ class _CommandParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         # the values that it quotes may contain anything
-        super().error(printable(message))
+        super().error(told(message))
 
 
 def make_parser(
@@ -224,7 +227,7 @@ def make_main(
             return code
         except ParameterError as error:
             for violation in error.violations:
-                print(f'{name}: {printable(violation)}', file=sys.stderr)
+                print(f'{name}: {told(violation)}', file=sys.stderr)
             return 2
         except BrokenPipeError:
             discard_output()
@@ -233,7 +236,7 @@ def make_main(
             return 1
         except OSError as error:
             discard_output()
-            print(f'{name}: {printable(explain(error))}', file=sys.stderr)
+            print(f'{name}: {told(explain(error))}', file=sys.stderr)
             # EIO: a terminal that was closed meanwhile
             return 1 if is_disk_full(error) or error.errno == errno.EIO else 2
         except ModuleNotFoundError as error:

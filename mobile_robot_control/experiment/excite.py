@@ -49,6 +49,7 @@ def parser() -> argparse.ArgumentParser:
 def _run(options: argparse.Namespace) -> int:
     request = request_of(ExcitationRequest, options)
     area = area_of(request)
+    request.sources.configuration(request.namespace)  # odd parameters are refused before the floor is cleared
     if not request_of(_Consent, options).yes:
         print(f'would drive for {request.duration:g} s with up to {area.fastest.linear:g} m/s and '
               f'{area.fastest.angular:g} rad/s, within {0.5 * area.ahead:g} m ahead and behind, and '

@@ -4,6 +4,7 @@ import contextlib
 import itertools
 import linecache
 import os
+import re
 import sys
 import textwrap
 from collections.abc import Callable, Iterable, Sequence
@@ -29,6 +30,12 @@ def printable(text: str) -> str:
     if text.isprintable():
         return text
     return ''.join(letter if letter.isprintable() else letter.encode('unicode_escape').decode() for letter in text)
+
+
+def told(text: str) -> str:
+    """Return a message as one printable line, with words of hundreds of letters cut in their middle."""
+    half = _LONGEST // 2
+    return re.sub(rf'\S{{{_LONGEST},}}', lambda word: f'{word[0][:half]}…{word[0][-half:]}', printable(text))
 
 
 def notebook_lines(error: BaseException, reasons: Sequence[str]) -> list[str]:
