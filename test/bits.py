@@ -144,9 +144,10 @@ def paths():
 
 
 def searches():
-    """A search of 20 x 20 by each algorithm, a study, a benchmark."""
-    def search(algorithm):
-        found = mrc.tune('kanayama', seed=1, generations=20, population=20, algorithm=algorithm, random=2, workers=1)
+    """A search of 20 x 20 by each algorithm, or several of 5 x 20, a study, a benchmark."""
+    def search(algorithm, generations=20):
+        found = mrc.tune('kanayama', seed=1, generations=generations, population=20, algorithm=algorithm, random=2,
+                         workers=1)
         return [*flat(found.parameters), found.objective, *flat(found.history)]
 
     def study():
@@ -160,6 +161,7 @@ def searches():
 
     for algorithm in ('genetic', 'differential_evolution'):
         yield f'search {algorithm}', partial(search, algorithm)
+    yield 'search nelder_mead', partial(search, 'nelder_mead', 5)
     yield 'study', study
     yield 'benchmark', benchmark
 

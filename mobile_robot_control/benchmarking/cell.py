@@ -18,6 +18,7 @@ from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.search import space
 from mobile_robot_control.search.space import Gains
+from mobile_robot_control.search.stages import WIDENINGS, Plan
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.settings.tracks import Track
@@ -25,10 +26,6 @@ from mobile_robot_control.system.files import FileKind, parse_json, read_bounded
 from mobile_robot_control.system.texts import printable
 from mobile_robot_control.version import __version__
 
-POPULATION, PER_GENE = 25, 5
-"""Least candidates of a generation, and least a gene: a longer search begins with the shorter one."""
-AGREE = 0.02
-"""Largest share by which the objectives of two searches that agree differ."""
 JUDGED = ('rms_position_error', 'max_position_error', 'settling_time', 'peak_wheel_torque', 'energy',
           'torque_variation', 'command_variation')
 """The metrics that are kept of every run."""
@@ -52,11 +49,11 @@ class Cell(NamedTuple):
     seed : int
         Of the draw of both kinds of scenarios, and of the search.
     budgets : tuple of int
-        Candidates of the search, ascending; () where gains are taken as configured.
+        Candidates of each search of a law with at most 12 gains, ascending; () where gains are taken as configured.
     training, runs : int
         Scenarios of the search, and those that judge.
     restarts : int
-        Searches with each budget.
+        Searches with other seeds, in the last bounds.
     objective : str
         What they minimise; of OBJECTIVES.
     feedforward : bool
@@ -116,8 +113,7 @@ class Cell(NamedTuple):
     @property
     def rollouts(self) -> int:
         """How many rollouts it has at most."""
-        # the first search is the same with each budget, up to its end
-        searches = max(self.budgets, default=0) + (self.restarts - 1) * sum(self.budgets)
+        searches = Plan(WIDENINGS, self.restarts).searches * sum(self.budgets)
         return searches * self.training + self.runs * max(1, len(self.budgets)) + self.runs * self.is_compared
 
     @property

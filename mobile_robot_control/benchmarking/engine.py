@@ -4,13 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from mobile_robot_control.benchmarking.cell import (
-    AGREE,
-    PER_GENE,
-    POPULATION,
-    Cell,
-    read_result,
-)
+from mobile_robot_control.benchmarking.cell import Cell, read_result
 from mobile_robot_control.benchmarking.judged_table import NAME, JudgedTable, content_digits, read_judged_table
 from mobile_robot_control.benchmarking.side_by_side import run_cells, run_side_by_side, run_together
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
@@ -23,6 +17,8 @@ from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import measure
 from mobile_robot_control.search.objective import OBJECTIVES
+from mobile_robot_control.search.space import MOST_GENES, POPULATION
+from mobile_robot_control.search.stages import AGREE, REPEATS
 from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.nodes import Configuration, course_of
 from mobile_robot_control.settings.tracks import Published, Track, read_track, shipped_tracks
@@ -46,11 +42,12 @@ class BenchmarkRequest(NamedTuple):
                                maximum=LARGEST_SEED)] = _FIRST_SEED
     seeds: Annotated[tuple[int, ...], Field('', 'several seeds instead: how ranks depend on the draw', minimum=0,
                                             maximum=LARGEST_SEED)] = ()
-    budgets: Annotated[tuple[int, ...], Field('', f'candidates of each search, {PER_GENE} a gene and at least '
-                                              f'{POPULATION} a generation; of several, a search is judged at each',
-                                              minimum=POPULATION, maximum=10**7)] = (_FIRST_BUDGET,)
-    restarts: Annotated[int, Field('', 'searches of each law, track and seed, of which the best one is judged: two '
-                                   f'that agree within {100 * AGREE:g} % have converged', minimum=1, maximum=1000)] = 1
+    budgets: Annotated[tuple[int, ...], Field(
+        '', f'candidates of each search; a fifth as many a gain for laws with more than {MOST_GENES}; of several, each '
+        'is searched and judged', minimum=POPULATION, maximum=10**7)] = (_FIRST_BUDGET,)
+    restarts: Annotated[int, Field('', 'searches of each law, track and seed with other seeds, in the last bounds: '
+                                   f'two that end within {100 * AGREE:g} % of the best one have converged', minimum=0,
+                                   maximum=1000)] = REPEATS
     objective: Annotated[str | None, Field('', 'what searches minimise: Eq. (29) of the chapter, or the RMS position '
                                            'error; by default what each track says', choices=OBJECTIVES)] = None
     feedforward: Annotated[bool, Field('', 'search and judge with feedforward, too: twice the work')] = False

@@ -242,7 +242,7 @@ def _parts(
     budgets = ', '.join(map(str, values['budgets'])) or 'none: gains as configured'
     of_table = f', against the table <code>{values["against"]["hash"]}</code>' if values.get('against') else ''
     yield f'<section class="first"><h1>Benchmark</h1><p class="answer">{escape(answer(values))}</p></section>'
-    yield (f'<p class="soft">{escape(worth(values))} Candidates of each search: {budgets}; searches of each cell: '
+    yield (f'<p class="soft">{escape(worth(values))} Candidates of each search: {budgets}; searches with other seeds: '
            f'{values["restarts"]}. Scenarios of a search: {values["scenarios"]}; scenarios that judge: '
            f'{values["runs"]}. Hash <code>{values["hash"]}</code>{of_table}.</p>')
     if values['unfinished']:
@@ -266,8 +266,9 @@ def _parts(
                        _summary(values))
     yield page.section('tracks', 'Tracks', '<p class="soft">The ranks that a law may have: two laws differ where '
                        'paired differences over seeds tell them apart, all pairs together with 95 %; bold: no law is '
-                       'known to be better. Searches have converged where two of a seed agree. A law whose search '
-                       'could drive no candidate is not searched, and has no rank.</p>',
+                       'known to be better. Searches have converged where two with other seeds end within 2 % of the '
+                       'best one. A law whose search could drive no candidate is not searched, and has no '
+                       'rank.</p>',
                        *(f'<h3>{escape(name)}{f", {budget} candidates" * (len(values["budgets"]) > 1)}</h3>'
                          f'<p class="soft">{escape(track["purpose"])}</p>{_track(values, name, budget)}'
                          for name, track in values['tracks'].items() for budget in values['budgets'] or [0]))

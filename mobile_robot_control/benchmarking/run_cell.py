@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.analysis.modelled import drive_of
-from mobile_robot_control.benchmarking.cell import AGREE, JUDGED, NOT_SEARCHED, PER_GENE, POPULATION, Cell, gains_of
+from mobile_robot_control.benchmarking.cell import JUDGED, NOT_SEARCHED, Cell, gains_of
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
 from mobile_robot_control.control.tracking_error import distance
@@ -22,8 +22,9 @@ from mobile_robot_control.runs.rollout import trial_rollout
 from mobile_robot_control.search import space
 from mobile_robot_control.search.journal import Journal
 from mobile_robot_control.search.objective import Goal, Objective, RunTrials, default_smooth
-from mobile_robot_control.search.search import Found, Generation, SearchSettings, no_result, run_search
-from mobile_robot_control.search.space import Gains, search_genes
+from mobile_robot_control.search.search import SearchSettings, no_result
+from mobile_robot_control.search.space import POPULATION, Gains, population_for, search_genes
+from mobile_robot_control.search.stages import WIDENINGS, Plan, search_in_stages
 from mobile_robot_control.settings.nodes import Configuration, course_of
 
 _LATE = 0.75
@@ -106,56 +107,35 @@ def _searched(
     cell: Cell, configuration: Configuration, genes: Any, budget: int, work: Work
 ) -> tuple[Gains, dict[str, Any], str] | None:
     """
-    Search with each restart; return the best gains, what the table tells of them, and why there are none.
+    Search in stages; return the best gains, what the table tells of them, and why there are none.
 
-    A search begins with the bounds of the best one before, widened where that ends at an edge. None where it was
-    stopped.
+    None where it was stopped.
     """
     smooth = default_smooth(cell.objective, drive_of(configuration))
     goal = Goal(cell.law, genes, tuple(cell.drawn('training', configuration, cell.training)),
                 cell.track.parameters.laps, smooth=smooth, objective=cell.objective)
-    population = max(POPULATION, PER_GENE * len(genes))
-    scores: list[float] = []
-    best: tuple[float, Gains, list[str]] | None = None
-    reason = ''
-    for restart in range(cell.restarts):
-        # the first search is the same with each budget, up to its end
-        counted = [one for one in cell.budgets if one < budget] if restart == 0 else []
-        settings = SearchSettings('differential_evolution', len(genes), population, max(1, budget // population),
-                                  cell.seed_of(f'search {restart}' if restart else 'search') % 2**32)
-        name = f'{restart}.{budget}' if restart else '0'
-        objective = Objective(configuration, goal, work.run)
-        found = _one_search(settings, objective, Journal(work.journal(name), {'cell': work.file.name}, True),
-                            max(counted, default=0) // population, cell, work)
-        # a search in which every candidate fails ends early by itself
-        if work.stopped() and len(found.history) < settings.generations:
-            return None
-        reason = no_result(found)
-        scores.append(found.score)
-        if found.point is not None and not reason and (best is None or found.score < best[0]):
-            point = found.point.tolist()
-            best = found.score, space.rounded(objective.gains(point)), [*space.at_the_edge(goal.genes, point)]
-            goal = goal._replace(genes=space.widened(goal.genes, point))
-    if best is None:
-        return space.configured_gains(configuration), {}, reason
-    score, gains, edges = best
-    return gains, {
-        'score': score, 'objectives': Objective(configuration, goal, work.run).objectives(gains),
-        'agreeing': sum(one <= (1.0 + AGREE) * score for one in scores), 'at_edge': edges}, ''
 
+    def objective_of(bounded: Any) -> Objective:
+        return Objective(configuration, goal._replace(genes=bounded), work.run)
 
-def _one_search(
-    settings: SearchSettings, objective: Objective, journal: Journal, counted: int, cell: Cell, work: Work
-) -> Found:
-    """Search, and count generations but the first ones, which were counted before."""
-    def generation(one: Generation) -> None:
-        if one.number > counted:
-            work.progress(settings.population * cell.training)
-
+    population = population_for(len(genes))
+    settings = SearchSettings('nelder_mead', len(genes), population, budget // POPULATION,
+                              cell.seed_of('search') % 2**32)
+    journal = Journal(work.journal(str(budget)), {'cell': work.file.name}, True)
     try:
-        return run_search(settings, objective, journal, generation, work.stopped, objective.begin)
+        staged = search_in_stages(settings, Plan(WIDENINGS, cell.restarts), genes, objective_of, journal,
+                                  lambda _: work.progress(population * cell.training), work.stopped)
     finally:
         journal.close()
+    if not staged.is_complete:
+        return None
+    found, reason = staged.found, no_result(staged.found)
+    if found.point is None or reason:
+        return space.configured_gains(configuration), {}, reason
+    objective = objective_of(staged.genes)
+    gains = space.rounded(objective.gains(found.point.tolist()))
+    return gains, {'score': found.score, 'objectives': objective.objectives(gains), 'agreeing': staged.agreeing,
+                   'repeated': [*staged.repeated], 'at_edge': staged.edges}, ''
 
 
 def with_gains(configuration: Configuration, gains: Gains) -> Configuration:

@@ -87,7 +87,9 @@ def _marked(values: Sequence[float | None], comparable: Sequence[bool], row: Row
     texts = quantities(values, row.unit)
     if len(candidates) < 2:
         return texts
-    marked = [f'<span class="best">★ {text}</span>' if counts and value == row.best(candidates) else text
+    # none is the best of equal ones
+    best = row.best(candidates) if len(set(candidates)) > 1 else None
+    marked = [f'<span class="best">★ {text}</span>' if counts and value is not None and value == best else text
               for text, value, counts in zip(texts, values, comparable, strict=True)]
     first = values[0]
     return marked[:1] + [
@@ -115,7 +117,7 @@ def metrics_table(runs: Sequence[Run]) -> str:
     # a metric unknown for all runs has no row
     rows = [row for row in rows if set(row[1:]) != {'–'}]
     notes = [note for kind, note in _NOTES.items() if any(run.metrics.get('error') == kind for run in runs)]
-    if len(runs) > 1:
+    if any('★' in cell for row in rows for cell in row):
         notes.append(f'★ marks the best of the runs that went to their end; + and − are differences to {runs[0].name}.')
     notes.append('Under the pointer: the exact value in SI units.')
     return html_table(['', *(run.name for run in runs)], rows) + f'<p class="soft">{escape(" ".join(notes))}</p>'

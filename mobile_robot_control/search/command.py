@@ -38,7 +38,8 @@ from mobile_robot_control.search.journal import Journal
 from mobile_robot_control.search.objective import Objective
 from mobile_robot_control.search.request import Search, SearchRequest
 from mobile_robot_control.search.result import Tuned, tuned_of, write_result
-from mobile_robot_control.search.search import Found, Generation, no_result, run_search
+from mobile_robot_control.search.search import Generation, no_result
+from mobile_robot_control.search.stages import Staged
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.system.files import check_regular
@@ -64,47 +65,50 @@ def search_into_files(request: SearchRequest, files: SearchFiles, command_line: 
         objective = Objective(search.parameters, search.goal, trials)
         standing = math.inf if files.overwrite else _standing(output, objective, request.controller)
         journal = _journal(search, files)
-        found, is_lost = _searched(search, objective, journal, interrupt)
+        staged, is_lost = _searched(search, trials, journal, interrupt)
+        found = staged.found
         why = '' if is_lost else no_result(found)
         if why:
             before = found.point is None and interrupt.requested
             print(f'tune: {"interrupted before the first generation was scored" if before else why}', file=sys.stderr)
         if why or found.point is None:
             return 1
-        written = _write(tuned_of(search, found, objective, command_line), files.output, standing, trials)
-    generations = len(found.history)
+        written = _write(tuned_of(search, staged, objective, command_line), files.output, standing, trials)
     if is_lost:
         return 1
-    if generations >= request.generations:
+    if staged.is_complete:
         journal.file.unlink(missing_ok=True)
     elif interrupt.requested:
-        print(f'tune: interrupted after {generations} of {request.generations} generations; --resume goes on',
-              file=sys.stderr)
+        print(f'tune: interrupted after {len(found.history)} generations; --resume goes on', file=sys.stderr)
         return 1
     return 0 if written else 1
 
 
-def _searched(search: Search, objective: Objective, journal: Journal, interrupt: Interrupt) -> tuple[Found, bool]:
+def _searched(search: Search, trials: TrialRunner, journal: Journal, interrupt: Interrupt) -> tuple[Staged, bool]:
     """Search with a progress bar; return the result, and whether the journal or the cluster was lost."""
-    with StagedBar(search.settings.generations, 'generation', 'searching') as bar:
+    with StagedBar(search.most_generations, 'generation', 'searching') as bar:
         def progress(generation: Generation) -> None:
             bar.set_postfix_str(f'best {generation.best:.4f}, mean {generation.mean:.4g}', refresh=False)
             bar.update()
 
         try:
-            return run_search(search.settings, objective, journal, progress, lambda: interrupt.requested,
-                              objective.begin), False
+            staged = search.run(trials, journal, progress, lambda: interrupt.requested)
+            # stages that were not needed
+            bar.update(search.most_generations - len(staged.found.history))
+            return staged, False
         except OSError as error:
-            found: Found = error.found  # type: ignore[attr-defined]
+            staged = error.found  # type: ignore[attr-defined]
             print(f'tune: {printable(str(error.filename or journal.file))}: {error.strerror or error}; earlier scores '
                   'are kept: fix this and continue with --resume', file=sys.stderr)
         finally:
             journal.close()
+    found = staged.found
     if found.point is not None:
-        gains = space.parameters(search.goal.genes, objective.gains(found.point.tolist()))
-        print(f'tune: the best of {len(found.history)} generations has the objective {found.score:.6g}: {gains}',
-              file=sys.stderr)
-    return found, True
+        gains = Objective(search.parameters, search.goal._replace(genes=staged.genes), trials).gains(
+            found.point.tolist())
+        print(f'tune: the best of {len(found.history)} generations has the objective {found.score:.6g}: '
+              f'{space.parameters(staged.genes, gains)}', file=sys.stderr)
+    return staged, True
 
 
 def _standing(file: Path, objective: Objective, controller: str) -> float:

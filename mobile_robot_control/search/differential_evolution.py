@@ -1,10 +1,8 @@
 """Differential evolution (Storn and Price, 1997): the best point and differences of others make new ones."""
 
-from collections.abc import Callable
-
 import numpy as np
 
-from mobile_robot_control.search.genetic import LOWEST_POINT, WORST, Points, Score
+from mobile_robot_control.search.genetic import LOWEST_POINT, WORST, Begin, Points, Score, Scores
 
 _CROSSOVER = 0.7
 """Probability that a coordinate comes from the new point."""
@@ -12,11 +10,11 @@ _LEAST_FACTOR = 0.5
 """Smallest factor of a difference; the largest is 1, and a generation has one of its own."""
 
 
-def search(
-    score: Score, genes: int, population: int, seed: int, begin: Callable[[Points], Points] = lambda drawn: drawn
-) -> None:
+def evolve(
+    score: Score, genes: int, population: int, generations: int, seed: int, begin: Begin = lambda drawn: drawn,
+) -> tuple[Points, Scores]:
     """
-    Search the unit cube until `score` ends the search, by the strategy best/1/bin.
+    Search the unit cube by the strategy best/1/bin; return the last generation, with its scores.
 
     A first generation without any score is drawn again. Arguments as of `genetic.search`, with at least three
     individuals.
@@ -32,9 +30,10 @@ def search(
     while True:
         points = begin(LOWEST_POINT + width * rng.random((population, genes)))
         scores = score(points)
+        generations -= 1
         if scores.min() < WORST:
             break
-    while True:
+    for _ in range(generations):
         factor = _LEAST_FACTOR + (1.0 - _LEAST_FACTOR) * rng.random()
         # two others of each point, unlike one another
         first = rng.integers(1, population, size=population)
@@ -50,3 +49,11 @@ def search(
         found = score(made)
         better = found <= scores
         points, scores = np.where(better[:, None], made, points), np.where(better, found, scores)
+    return points, scores
+
+
+def search(
+    score: Score, genes: int, population: int, generations: int, seed: int, begin: Begin = lambda drawn: drawn,
+) -> None:
+    """Search the unit cube until `score` ends the search."""
+    evolve(score, genes, population, generations, seed, begin)

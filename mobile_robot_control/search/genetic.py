@@ -57,7 +57,9 @@ WORST = 1e9
 """The score of an individual without a finite score."""
 Scores = NDArray[np.float64]
 Score = Callable[[Points], Scores]
-"""Scores a generation, smaller is better; ends the search by raising."""
+"""Scores points, smaller is better; ends the search by raising."""
+Begin = Callable[[Points], Points]
+"""Moves the points that are drawn at the start, shape (population, genes)."""
 
 
 class GeneticSettings(NamedTuple):
@@ -121,7 +123,7 @@ def breed(population: Bits, scores: Scores, settings: GeneticSettings, rng: np.r
 
 
 def search(
-    score: Score, genes: int, population: int, seed: int, begin: Callable[[Points], Points] = lambda drawn: drawn,
+    score: Score, genes: int, population: int, generations: int, seed: int, begin: Begin = lambda drawn: drawn,
     settings: GeneticSettings | None = None,
 ) -> None:
     """
@@ -131,8 +133,8 @@ def search(
     ----------
     score : callable
         Scores the points of a generation, shape (population, genes); ends the search by raising.
-    genes, population : int
-        Dimensions, and individuals of a generation.
+    genes, population, generations : int
+        Dimensions, individuals of a generation, and generations.
     seed : int
         Of all random numbers: the same seed gives the same search.
     begin : callable
@@ -142,5 +144,5 @@ def search(
     """
     rng = np.random.default_rng(seed)
     bits = bits_of(begin(points(random(population, genes, rng))))
-    while True:
+    for _ in range(generations):
         bits = breed(bits, score(points(bits)), settings or GeneticSettings(), rng)

@@ -135,15 +135,16 @@ class Journal:
         self._next += 1
         return scores
 
-    def add(self, points: Points, scores: Scores) -> None:
-        """Write the finite scores of a generation; after an OSError the file is unchanged."""
+    def add(self, points: Points, scores: Scores, kept: bool = True) -> None:
+        """Write finite scores, kept also where the machine dies at once; after an OSError the file is unchanged."""
         line = _line({'points': generation_checksum(points), 'scores': scores.tolist()})
         end = self._out.tell()
         try:
             written = self._out.write(line)
             if written != len(line):
                 raise OSError(28, os.strerror(28), str(self.file))
-            os.fsync(self._out.fileno())
+            if kept:
+                os.fsync(self._out.fileno())
         except OSError:
             os.truncate(self.file, end)
             raise

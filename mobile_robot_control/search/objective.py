@@ -132,21 +132,27 @@ class Objective:
         Target of the optimisation.
     run : callable
         Runs trials, on any number of cores or machines.
+
+    Attributes
+    ----------
+    configured : Gains
+        Those of the configuration.
     """
 
     def __init__(self, configuration: Configuration, goal: Goal, run: RunTrials) -> None:
         self._shared, self._goal, self._run = configuration.plant.shared, goal, run
-        self._gains = space.configured_gains(configuration)
+        self.configured = space.configured_gains(configuration)
         trials = [scenario_trial(configuration, scenario, goal.laps, 0.0) for scenario in goal.scenarios]
         self._trials = [one._replace(form=one.form._replace(varies=goal.smooth > 0.0)) for one in trials]
         if goal.controller != VELOCITY:
-            self._gains = self._gains._replace(control=self._gains.control._replace(controller_type=goal.controller))
+            control = self.configured.control._replace(controller_type=goal.controller)
+            self.configured = self.configured._replace(control=control)
         # velocity gains outside the search have been checked with the configuration
         self._checks_velocity = any(gene.name.startswith(_VELOCITY_NODE) for gene in goal.genes)
 
     def gains(self, point: Sequence[float]) -> Gains:
         """Return the gains of a point in (0, 1]; they may make the velocity loop unstable."""
-        return space.decode(self._goal.genes, point, self._gains)
+        return space.decode(self._goal.genes, point, self.configured)
 
     def __call__(self, points: Points) -> Scores:
         """
@@ -178,7 +184,7 @@ class Objective:
         """Return drawn points, shape (individuals, genes), with their velocity gains moved to where they are stable."""
         genes = self._goal.genes
         columns = [n for n, gene in enumerate(genes) if gene.name.startswith(_VELOCITY_NODE)]
-        configured = [(getattr(self._gains.velocity, genes[n].name.rpartition('.')[2]) - genes[n].low)
+        configured = [(getattr(self.configured.velocity, genes[n].name.rpartition('.')[2]) - genes[n].low)
                       / (genes[n].high - genes[n].low) for n in columns]
         towards, begun = np.clip(configured, LOWEST_POINT, 1.0), points.copy()
         for point in begun:
@@ -190,8 +196,8 @@ class Objective:
 
     def better(self, found: Gains) -> 'Better':
         """Return the better ones of found gains and of those configured, which no search has to reach."""
-        scores = self.score(found), self.score(self._gains)
-        return Better(self._gains if scores[1] < scores[0] else found, *scores)
+        scores = self.score(found), self.score(self.configured)
+        return Better(self.configured if scores[1] < scores[0] else found, *scores)
 
     def spread(self, configuration: Configuration) -> tuple[float, ...]:
         """Return the RMS errors [m] of the configured run over some seeds, ascending; () without noise."""

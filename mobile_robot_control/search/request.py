@@ -1,6 +1,6 @@
 """Requested searches: loop, goal, scenarios and settings."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from hashlib import sha256
 from typing import Annotated, Any, NamedTuple
 
@@ -19,13 +19,28 @@ from mobile_robot_control.parameters.requests import Reader, read_bounds
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.curves import CURVES, PATH
 from mobile_robot_control.search import space
-from mobile_robot_control.search.objective import COMBINATIONS, EQ29, OBJECTIVES, RMS, Goal, default_smooth
-from mobile_robot_control.search.search import ALGORITHMS, SearchSettings
-from mobile_robot_control.search.space import Gains
+from mobile_robot_control.search.journal import Journal
+from mobile_robot_control.search.objective import (
+    COMBINATIONS,
+    EQ29,
+    OBJECTIVES,
+    RMS,
+    Goal,
+    Objective,
+    RunTrials,
+    default_smooth,
+)
+from mobile_robot_control.search.search import ALGORITHMS, Generation, SearchSettings
+from mobile_robot_control.search.space import MOST_GENES, PER_GENE, POPULATION, Gains, population_for
+from mobile_robot_control.search.stages import REPEATS, WIDENINGS, Plan, Staged, search_in_stages
 from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.nodes import Configuration, path_of
 from mobile_robot_control.version import __version__
 
+STAGED = 'nelder_mead'
+"""The algorithm that searches in stages."""
+_GENERATIONS = {True: 40, False: 150}
+"""Generations of a search, by whether it is in stages."""
 _STREAM = 2
 """Stream of the drawn frictions, apart from that of the random scenarios, which so stay the same."""
 
@@ -70,10 +85,15 @@ class SearchRequest(NamedTuple):
         '', "gains to search: those of a position law and of the velocity law ('fuzzy' keeps the latter), or with "
         "'velocity' those of the velocity law alone", choices=space.SEARCHES)]
     seed: Annotated[int, Field('', 'seed of all random numbers', minimum=0, maximum=LARGEST_SEED)]
-    algorithm: Annotated[str, Field('', 'search algorithm', choices=tuple(ALGORITHMS))] = 'genetic'
-    population: Annotated[int | None, Field('', "individuals per generation; by default the chapter's 51 or 101",
-                                            minimum=5, maximum=100_000)] = None
-    generations: Annotated[int, Field('', 'number of generations', minimum=1, maximum=10**9)] = 150
+    algorithm: Annotated[str, Field(
+        '', f'search algorithm: {STAGED}, which follows differential evolution, widens bounds that it reaches and is '
+        'repeated with other seeds', choices=tuple(ALGORITHMS))] = STAGED
+    population: Annotated[int | None, Field(
+        '', f"individuals per generation; by default {POPULATION}, or {PER_GENE} a gain of more than {MOST_GENES}; of "
+        "other algorithms, the chapter's 51 or 101", minimum=5, maximum=100_000)] = None
+    generations: Annotated[int | None, Field(
+        '', f'number of generations of each search; by default {_GENERATIONS[True]}, of other algorithms '
+        f'{_GENERATIONS[False]}', minimum=1, maximum=10**9)] = None
     time_limit: Annotated[float | None, Field('s', 'wall time after which no generation begins', above=0.0)] = None
     bounds: Annotated[tuple[tuple[str, tuple[float, float]], ...], Field(
         '', 'bounds of a gain, such as k1=0:5 or position_controller.fuzzy.b[1]=0:2; may be repeated'),
@@ -131,23 +151,45 @@ class Search:
         Target of the optimisation.
     settings : SearchSettings
         Algorithm, sizes and seed.
+    plan : Plan
+        The searches after the first one.
 
     """
 
     def __init__(self, request: SearchRequest) -> None:
         self.request, self.parameters = request, _searched(request)
         self.goal = _goal(request, self.parameters)
+        genes, staged = self.goal.genes, request.algorithm == STAGED
+        population = population_for(len(genes)) if staged else space.population_of(request.controller)
         self.settings = SearchSettings(
-            request.algorithm, len(self.goal.genes),
-            request.population or space.population_of(request.controller), request.generations, request.seed,
-            request.time_limit or 0.0)
+            request.algorithm, len(genes), request.population or population,
+            request.generations or _GENERATIONS[staged], request.seed, request.time_limit or 0.0)
+        fixed = frozenset(space.names_of('bounds', genes, dict(request.bounds)))
+        self.plan = Plan(WIDENINGS, REPEATS, fixed, space.numbers_of(
+            genes, space.configured_gains(self.parameters))) if staged else Plan()
+
+    @property
+    def most_generations(self) -> int:
+        """The largest number of generations of all searches together."""
+        return self.settings.generations * self.plan.searches
+
+    def run(
+        self, trials: RunTrials, journal: Journal | None = None,
+        progress: Callable[[Generation], object] = lambda _: None, stopped: Callable[[], bool] = lambda: False,
+    ) -> Staged:
+        """Search, with arguments as of `search_in_stages`."""
+        return search_in_stages(
+            self.settings, self.plan, self.goal.genes, lambda genes: Objective(
+                self.parameters, self.goal._replace(genes=genes), trials), journal, progress, stopped)
 
     def purpose(self) -> dict[str, Any]:
         """Return everything that the scores depend on, by name."""
         parameters, goal = self.parameters, self.goal
         law, path = parameters.position_controller.control.controller_type, path_of(parameters.reference_cart)
         settings = self.settings._asdict()
-        kept = {name: settings[name] for name in settings if name not in ('generations', 'seconds')}
+        # a longer search in stages does not begin with a shorter one
+        left = ('seconds',) if self.request.algorithm == STAGED else ('generations', 'seconds')
+        kept = {name: settings[name] for name in settings if name not in left}
         loop = {f'{node}.{name}': value for node, group in parameters._asdict().items()
                 for name, value in flatten(group).items()}
         # a search of Eq. (29) without `smooth` depends on neither, and resumes journals that lack them

@@ -23,7 +23,8 @@ from mobile_robot_control.search import space
 from mobile_robot_control.search.objective import EQ29, Better, Goal, Objective
 from mobile_robot_control.search.page import search_figure, write_search_page
 from mobile_robot_control.search.request import Search
-from mobile_robot_control.search.search import Found, Generation
+from mobile_robot_control.search.search import Generation
+from mobile_robot_control.search.stages import Staged
 from mobile_robot_control.settings.configure import File
 from mobile_robot_control.settings.nodes import Configuration, course_of
 from mobile_robot_control.settings.provenance import provenance
@@ -69,6 +70,8 @@ class Tuned(NamedTuple):
         Scores of the gains found and of those configured.
     cautions : tuple of str
         Sentences about gains at the edge of their bounds, and about slow integrals.
+    confirmation : str
+        How searches with other seeds ended, as a sentence; '' if there were none.
     """
 
     controller: str
@@ -80,11 +83,13 @@ class Tuned(NamedTuple):
     search: Search
     better: Better
     cautions: tuple[str, ...]
+    confirmation: str = ''
 
     @property
     def answer(self) -> str:
         """Which gains are better, those found or those configured, as a sentence."""
-        return self.better.text(len(self.history))
+        confirmed = f'; {self.confirmation}' if self.confirmation and not self.better.as_configured else ''
+        return self.better.text(len(self.history)) + confirmed
 
     def __repr__(self) -> str:
         gains = ', '.join(f'{name.partition(".")[2].removeprefix(f"{self.controller}.")} = {value}'
@@ -121,22 +126,22 @@ class Tuned(NamedTuple):
         return inline(Path(file).with_suffix('.html'))
 
 
-def tuned_of(search: Search, found: Found, objective: Objective, command_line: str) -> Tuned:
+def tuned_of(search: Search, staged: Staged, objective: Objective, command_line: str) -> Tuned:
     """Return the result of a search that has found a point: the better of its gains and those configured."""
+    found = staged.found
     assert found.point is not None  # noqa: S101 (for mypy: callers have checked)
-    point = found.point.tolist()
-    better = objective.better(space.rounded(objective.gains(point)))
+    better = objective.better(space.rounded(space.decode(
+        staged.genes, found.point.tolist(), objective.configured)))
     configuration = search.tuned(better.gains)
     named = {f'{node}.{name}': value for node, values in space.parameters(search.goal.genes, better.gains).items()
              for name, value in values.items()}
     edges = () if better.as_configured else tuple(
-        f'{edge}: a search with other --bounds may find better gains'
-        for edge in space.at_the_edge(search.goal.genes, point))
+        f'{edge}: a search with other --bounds may find better gains' for edge in staged.edges)
     slow = '' if configuration.plant.model.drive == VELOCITY else slow_integrals(
         better.gains.velocity, configuration.plant.shared.robot)
     cautions = (*edges, *([f'slow integrals: {slow}; {_assumed(search)}'] if slow else []))
     return Tuned(search.goal.controller, better.score, named, found.history, configuration,
-                 provenance(command_line, configuration), search, better, cautions)
+                 provenance(command_line, configuration), search, better, cautions, staged.confirmation)
 
 
 def _assumed(search: Search) -> str:

@@ -2,16 +2,17 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.search import differential_evolution, genetic
-from mobile_robot_control.search.genetic import WORST, Points, Score, Scores
+from mobile_robot_control.search import differential_evolution, genetic, nelder_mead
+from mobile_robot_control.search.genetic import WORST, Begin, Points, Score, Scores
 from mobile_robot_control.search.journal import Journal
 
-ALGORITHMS = {'genetic': genetic.search, 'differential_evolution': differential_evolution.search}
+ALGORITHMS = {'nelder_mead': nelder_mead.search, 'differential_evolution': differential_evolution.search,
+              'genetic': genetic.search}
 
 
 class SearchSettings(NamedTuple):
@@ -87,9 +88,9 @@ def run_search(
     settings: SearchSettings,
     score: Score,
     journal: Journal | None = None,
-    progress: Callable[[Generation], None] = lambda _: None,
+    progress: Callable[[Generation], object] = lambda _: None,
     stopped: Callable[[], bool] = lambda: False,
-    begin: Callable[[Points], Points] = lambda drawn: drawn,
+    begin: Begin = lambda drawn: drawn,
 ) -> Found:
     """
     Search the unit cube for the point with the smallest score.
@@ -121,31 +122,36 @@ def run_search(
     """
     best: tuple[float, Points | None] = (np.inf, None)
     history: list[Generation] = []
+    pending: list[float] = []
+    left = settings.population * settings.generations
     begun = time.monotonic()
 
-    def next_generation(points: Points) -> Scores:
-        nonlocal best
+    def score_next(points: Points) -> Scores:
+        nonlocal best, left, pending
+        points = points[:left]
         scores = journal.replay(points) if journal else None
-        if len(history) >= settings.generations:
-            raise _Ended
         if scores is None:
             if 0.0 < settings.seconds <= time.monotonic() - begun or stopped():
                 raise _Ended
             scores = _clean(score(points))
             if journal:
-                journal.add(points, scores)
+                journal.add(points, scores, len(pending) + len(scores) >= settings.population)
+        left -= len(scores)
         first = int(np.argmin(scores))
         if scores[first] < best[0]:
             best = float(scores[first]), points[first].copy()
-        good = scores[scores < WORST]
-        mean = math.fsum(good.tolist()) / len(good) if len(good) else math.nan
-        history.append(Generation(len(history) + 1, best[0], mean, len(scores) - len(good)))
-        progress(history[-1])
+        pending += scores.tolist()
+        if len(pending) >= settings.population:
+            history.append(_generation(history, pending[:settings.population]))
+            pending = pending[settings.population:]
+            progress(history[-1])
+        if not left:
+            raise _Ended
         return scores
 
     try:
-        ALGORITHMS[settings.algorithm](next_generation, settings.genes, settings.population, settings.seed,
-                                       begin)
+        ALGORITHMS[settings.algorithm](score_next, settings.genes, settings.population, settings.generations,
+                                       settings.seed, begin)
     except _Ended:
         pass
     except KeyboardInterrupt:
@@ -156,6 +162,13 @@ def run_search(
         error.found = Found(best[1], best[0], tuple(history))  # type: ignore[attr-defined]
         raise
     return Found(best[1], best[0], tuple(history))
+
+
+def _generation(history: Sequence[Generation], scores: Sequence[float]) -> Generation:
+    """Return the summary of the next generation."""
+    good = [score for score in scores if score < WORST]
+    return Generation(len(history) + 1, min([*scores, *(one.best for one in history[-1:])]),
+                      math.fsum(good) / len(good) if good else math.nan, len(scores) - len(good))
 
 
 def _clean(scores: Scores) -> Scores:

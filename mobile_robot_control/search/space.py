@@ -22,6 +22,8 @@ from mobile_robot_control.settings.nodes import Configuration
 VELOCITY = 'velocity'
 """The search for the velocity gains alone; every other search has the name of a position law."""
 _VELOCITY_POPULATION = 51
+POPULATION, MOST_GENES, PER_GENE = 25, 12, 5
+"""Candidates of a generation; of searches with more genes, candidates a gene."""
 _EDGE = 0.01
 """Share of a search's width that counts as its edge."""
 
@@ -50,21 +52,44 @@ class Gene(NamedTuple):
 
 
 def at_the_edge(genes: Sequence[Gene], point: Sequence[float]) -> Iterator[str]:
-    """Report the genes that a point in (0, 1] puts at an edge of their search."""
-    for gene, u in zip(genes, point, strict=True):
-        if not _EDGE < u < 1.0 - _EDGE:
-            yield (f'{gene.name} is at the {"lower" if u < 0.5 else "upper"} edge of its search, {gene.low:g} to '
-                   f'{gene.high:g}')
+    """Report the genes that a point in (0, 1] puts at an edge of their search, where the law allows values beyond."""
+    for gene, wider in zip(genes, widened(genes, point), strict=True):
+        if wider != gene:
+            yield (f'{gene.name} is at the {"lower" if wider.high == gene.high else "upper"} edge of its search, '
+                   f'{gene.low:g} to {gene.high:g}')
 
 
-def widened(genes: Sequence[Gene], point: Sequence[float]) -> tuple[Gene, ...]:
-    """Return genes with twice the width beyond each edge that a point in (0, 1] has reached, as far as is allowed."""
+def widened(
+    genes: Sequence[Gene], point: Sequence[float], fixed: Collection[str] = ()
+) -> tuple[Gene, ...]:
+    """
+    Return genes whose bound is doubled, as far as is allowed, where a point in (0, 1] has reached it.
+
+    A positive lower bound, or a negative upper one, is halved; one at 0 moves by the width. Fixed genes stay.
+    """
     found = []
     for gene, u in zip(genes, point, strict=True):
-        width, (least, most) = gene.high - gene.low, _allowed(gene.name)
-        found.append(Gene(gene.name, max(least, gene.low - width) if u <= _EDGE else gene.low,
-                          min(most, gene.high + width) if u >= 1.0 - _EDGE else gene.high))
+        low, high, (least, most) = gene.low, gene.high, _allowed(gene.name)
+        width = high - low
+        if gene.name in fixed:
+            pass
+        elif u >= 1.0 - _EDGE:
+            high = min(most, 2.0 * high if high > 0.0 else 0.5 * high if high < 0.0 else width)
+        # of a wide search, the share at its edge begins far above a small positive bound
+        elif u <= _EDGE and (low <= 0.0 or low + width * u < 2.0 * low):
+            low = max(least, 0.5 * low if low > 0.0 else 2.0 * low if low < 0.0 else -width)
+        found.append(Gene(gene.name, low, high))
     return tuple(found)
+
+
+def numbers_at(genes: Sequence[Gene], point: Sequence[float]) -> tuple[float, ...]:
+    """Return the numbers of genes at a point in (0, 1]."""
+    return tuple(gene.low + (gene.high - gene.low) * float(u) for gene, u in zip(genes, point, strict=True))
+
+
+def point_of(genes: Sequence[Gene], numbers: Sequence[float]) -> list[float]:
+    """Return the point at which genes have numbers; beyond their bounds, it lies outside of (0, 1]."""
+    return [(number - gene.low) / (gene.high - gene.low) for gene, number in zip(genes, numbers, strict=True)]
 
 
 class Place(NamedTuple):
@@ -120,6 +145,19 @@ SEARCHES = _Searches()
 def population_of(search: str) -> int:
     """Return the individuals of a generation; for the chapter's searches, the chapter's number."""
     return _VELOCITY_POPULATION if search == VELOCITY else LAWS[search].population
+
+
+def population_for(genes: int) -> int:
+    """
+    Return the individuals of a generation for so many genes.
+
+    Examples
+    --------
+    >>> population_for(12), population_for(19)
+    (25, 95)
+
+    """
+    return POPULATION if genes <= MOST_GENES else PER_GENE * genes
 
 
 def _genes_of(node: str, prefix: str, group: type) -> list[Gene]:
@@ -231,9 +269,14 @@ def bounded(genes: Sequence[Gene], bounds: Mapping[str, tuple[float, float]]) ->
     return tuple(Gene(gene.name, *found.get(gene.name, (gene.low, gene.high))) for gene in genes)
 
 
+def names_of(option: str, genes: Sequence[Gene], given: Iterable[str], arrays: bool = False) -> set[str]:
+    """Return the names of genes that an option names, also by short names."""
+    return {name for one in given for name in _resolve(option, genes, one, arrays)}
+
+
 def without(genes: Sequence[Gene], kept: Collection[str]) -> tuple[Gene, ...]:
     """Return genes without the excluded ones, named as for `bounded`, or as a whole array."""
-    left_out = {name for given in kept for name in _resolve('keep', genes, given, arrays=True)}
+    left_out = names_of('keep', genes, kept, arrays=True)
     return tuple(gene for gene in genes if gene.name not in left_out)
 
 
@@ -279,9 +322,8 @@ def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains
         velocity loop depends on the robot and the rate.
     """
     drawn: dict[tuple[str, str], dict[str, Any]] = {}
-    for gene, place, u in zip(genes, _places(tuple(genes)), point, strict=True):
+    for place, number in zip(_places(tuple(genes)), numbers_at(genes, point), strict=True):
         fields = drawn.setdefault((place.node, place.group), {})
-        number = gene.low + (gene.high - gene.low) * float(u)
         if place.element is None:
             fields[place.field] = number
         else:
@@ -295,6 +337,15 @@ def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains
             group = _with_kept(repair(group), before, genes, node, name)
         gains = gains.with_group(node, name, group)
     return gains
+
+
+def numbers_of(genes: Sequence[Gene], gains: Gains) -> tuple[float, ...]:
+    """Return the numbers that gains have for genes."""
+    found = []
+    for place in _places(tuple(genes)):
+        value = getattr(gains.group(place.node, place.group), place.field)
+        found.append(value if place.element is None else value[place.element])
+    return tuple(found)
 
 
 def _with_kept(group: Any, before: Any, genes: Sequence[Gene], node: str, name: str) -> Any:

@@ -8,7 +8,7 @@ from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.search.objective import Objective
 from mobile_robot_control.search.request import Search, SearchRequest
 from mobile_robot_control.search.result import Tuned, tuned_of
-from mobile_robot_control.search.search import Generation, no_result, run_search
+from mobile_robot_control.search.search import Generation, no_result
 from mobile_robot_control.settings.configure import File, parameter_sources
 from mobile_robot_control.settings.provenance import call_text
 from mobile_robot_control.system.progress import StagedBar
@@ -44,9 +44,9 @@ def tune(
     parameters : mapping of str to object or None
         Values by ``NODE.PARAMETER``, which win over the files.
     generations, population : int or None
-        If None, 150, and the chapter's 51 or 101.
+        Of each search; defaults as of the command.
     algorithm : str or None
-        'genetic' or 'differential_evolution'; if None, the first.
+        'nelder_mead', 'differential_evolution' or 'genetic'; if None, the first.
     bounds : mapping of str to (float, float) or None
         Low and high by gene, such as ``{'k1': (0, 5)}``; other genes keep their bounds.
     keep : collection of str
@@ -92,16 +92,17 @@ def tune(
     request = make_request(SearchRequest, {'sources': sources, **asked})
     search = Search(request)
     with (runner(request.where) as run,
-          StagedBar(request.generations, 'generation', 'searching', progress) as bar):
+          StagedBar(search.most_generations, 'generation', 'searching', progress) as bar):
         objective = Objective(search.parameters, search.goal, run)
 
         def progressed(generation: Generation) -> None:
             bar.set_postfix_str(f'best {generation.best:.4f}', refresh=False)
             bar.update()
 
-        found = run_search(search.settings, objective, None, progressed, begin=objective.begin)
-        why = no_result(found)
+        staged = search.run(run, None, progressed)
+        bar.update(search.most_generations - len(staged.found.history))
+        why = no_result(staged.found)
         if why:
             raise RuntimeError(why)
-        return tuned_of(search, found, objective, call_text(
+        return tuned_of(search, staged, objective, call_text(
             'tune', *files, robot=robot, parameters=parameters, **asked))

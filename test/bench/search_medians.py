@@ -10,12 +10,13 @@ from pathlib import Path
 from mobile_robot_control.loop.batch import Pool
 from mobile_robot_control.loop.scenarios import configured_scenario
 from mobile_robot_control.search.objective import Goal, Objective
-from mobile_robot_control.search.search import ALGORITHMS, SearchSettings, run_search
+from mobile_robot_control.search.search import SearchSettings, run_search
 from mobile_robot_control.search.space import bounded, population_of, search_genes
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 
 CONFIG = Path(__file__).parents[2] / 'config'
+ALGORITHMS = 'genetic', 'differential_evolution'
 SEEDS = range(1, 6)
 GENERATIONS = 150
 # the default bounds reach far beyond where good velocity gains lie

@@ -58,7 +58,7 @@ def _rates():
 
 
 def _searches(count=8, generations=20):
-    search = Search(SearchRequest(ParameterSources(), 'backstepping', 1))
+    search = Search(SearchRequest(ParameterSources(), 'backstepping', 1, 'genetic'))
     gpu, rollouts = Cuda(), count * generations * search.settings.population
 
     def one(seed, run):

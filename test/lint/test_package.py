@@ -117,9 +117,9 @@ def test_every_command_runs_with_the_oldest_supported_libraries(domain, source, 
     tune = ['tune', 'backstepping', '--seed', '1', '--generations', '2']
     for words in (
             ['simulate', '--duration', '2', '--output', 'run.csv'], ['experiment', *run, '70', '--output', 'run'],
-            ['report', 'run', 'run.csv', '--output', 'report'], [*tune, '--output', 'genetic.yaml'],
+            ['report', 'run', 'run.csv', '--output', 'report'], [*tune, '--output', 'found.yaml'],
             [*tune, '--algorithm', 'differential_evolution', '--output', 'evolved.yaml'],
-            ['study', '--runs', '20', '--seed', '1', '--compare', 'genetic.yaml', 'evolved.yaml', '--output', 'study'],
+            ['study', '--runs', '20', '--seed', '1', '--compare', 'found.yaml', 'evolved.yaml', '--output', 'study'],
             ['benchmark', '--laws', 'kanayama', '--tracks', 'on_curve', '--budgets', '25', '--scenarios', '1', '--runs',
              '2', '--seed', '1', '--output', 'benchmark'], ['plan', 'path.csv', '--output', 'plan', *limits],
             ['excite', '--box', '2', '2', '--max-velocity', '0.3', '--max-angular-velocity', '1.0'],

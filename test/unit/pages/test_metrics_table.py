@@ -49,6 +49,8 @@ def test_the_best_is_marked_and_others_that_can_be_compared_have_their_differenc
              ['12 J', '9 J', '★ 6 J −6 J, −50 %']),
             (({'energy': 12.0, 'outcome': 'diverged'}, {'energy': 9.0}, {'energy': 6.0}), ['12 J', '9 J', '★ 6 J'])):
         assert [' '.join(text(cell)) for cell in table(*metrics)['energy']] == expected
+    # none is the best of equal ones
+    assert not any('★' in cell for cell in table({'energy': 12.0}, {'energy': 12.0})['energy'])
     row = table({'max_position_error': 1.0, 'error': 'true'}, {'max_position_error': 0.5, 'error': 'measured'})
     assert [' '.join(text(cell)) for cell in row['position error, largest']] == ['1 m', '0.5 m']
     assert [' '.join(text(cell)) for cell in row['errors are those of']] == ['the true pose', 'odometry']

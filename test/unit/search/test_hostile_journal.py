@@ -1,6 +1,7 @@
 """A journal: a search goes on from any part of it, and lines that no search has written are refused by number."""
 
 import json
+import math
 import zlib
 from pathlib import Path
 
@@ -22,11 +23,12 @@ def settings(algorithm='genetic', generations=9, seed=1):
     return SearchSettings(algorithm, 6, 41, generations, seed)
 
 
-def run(file, generations, resume=False, algorithm='genetic'):
-    """Search with a journal; returns what was found and how many generations were scored."""
+def run(file, generations, resume=False, algorithm='genetic', stopped=math.inf):
+    """Search with a journal; returns what was found and how often points were scored, until stopped."""
     scored = []
     journal = Journal(file, SETTINGS, resume)
-    found = run_search(settings(algorithm, generations), lambda points: scored.append(1) or bowl(points), journal)
+    found = run_search(settings(algorithm, generations), lambda points: scored.append(1) or bowl(points), journal,
+                       stopped=lambda: len(scored) >= stopped)
     journal.close()
     return found, len(scored)
 
@@ -34,10 +36,11 @@ def run(file, generations, resume=False, algorithm='genetic'):
 @pytest.mark.parametrize('algorithm', ALGORITHMS)
 def test_a_resumed_search_equals_an_undisturbed_one(tmp_path, algorithm):
     whole, file = tmp_path / f'{algorithm}_whole', tmp_path / algorithm
-    undisturbed, _ = run(whole, 12, algorithm=algorithm)
-    _, first = run(file, 5, algorithm=algorithm)
+    undisturbed, scored = run(whole, 12, algorithm=algorithm)
+    # of a simplex, within a generation
+    _, first = run(file, 12, algorithm=algorithm, stopped=9)
     resumed, second = run(file, 12, resume=True, algorithm=algorithm)
-    assert (first, second) == (5, 7)
+    assert (first, second) == (9, scored - 9)
     assert (resumed.score, resumed.history) == (undisturbed.score, undisturbed.history)
     assert file.read_bytes() == whole.read_bytes()
     # that of another search is refused, and without resume it begins anew
@@ -47,7 +50,7 @@ def test_a_resumed_search_equals_an_undisturbed_one(tmp_path, algorithm):
     with pytest.raises(ParameterError, match='generation 1 is not the one'):
         run_search(settings(algorithm, seed=7), bowl, journal)
     journal.close()
-    assert run(file, 2, algorithm=algorithm)[1] == 2
+    assert run(file, 2, algorithm=algorithm)[1] >= 2
 
 
 def test_a_search_resumed_from_a_journal_cut_anywhere_equals_an_undisturbed_one(tmp_path):

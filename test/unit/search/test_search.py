@@ -1,4 +1,4 @@
-"""Both algorithms: they find known optima, the best score never rises, and the seed determines the search."""
+"""All algorithms: they find known optima, the best score never rises, and the seed determines the search."""
 
 import itertools
 import math
@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from mobile_robot_control.search import nelder_mead
 from mobile_robot_control.search.genetic import GeneticSettings, breed, select_parents
 from mobile_robot_control.search.search import ALGORITHMS, WORST, SearchSettings, run_search
 
@@ -20,22 +21,23 @@ def settings(algorithm='genetic', generations=60, seed=1, **other):
     return SearchSettings(algorithm, 6, 41, generations, seed, **other)
 
 
-@pytest.mark.parametrize(('algorithm', 'near'), [('genetic', 0.01), ('differential_evolution', 1e-5)])
+@pytest.mark.parametrize(('algorithm', 'near'), [
+    ('genetic', 0.01), ('differential_evolution', 1e-5), ('nelder_mead', 1e-12)])
 def test_the_search_finds_the_optimum_of_a_quadratic_and_the_best_score_never_rises(algorithm, near):
-    smallest = []
+    scored = []
 
     def score(points):
-        assert points.shape == (41, 6)
+        assert points.shape[1] == 6
         assert (points > 0.0).all()
         assert (points <= 1.0).all()
-        smallest.append(bowl(points).min())
+        scored.extend(bowl(points).tolist())
         return bowl(points)
 
     one, other = (run_search(settings(algorithm, 100, seed), score) for seed in (1, 2))
-    for found, scored in ((one, smallest[:100]), (other, smallest[100:])):
+    for found, own in ((one, scored[:4100]), (other, scored[4100:])):
         assert found.score == bowl(found.point[None])[0] < near
         assert np.abs(found.point - OPTIMUM).max() < math.sqrt(near)
-        assert [generation.best for generation in found.history] == np.minimum.accumulate(scored).tolist()
+        assert [generation.best for generation in found.history] == np.minimum.accumulate(own)[40::41].tolist()
         assert found.history[0].mean > found.history[-1].mean
     again = run_search(settings(algorithm, 100, 1), bowl)
     assert (one.score, one.history, one.point.tolist()) == (again.score, again.history, again.point.tolist())
@@ -71,6 +73,38 @@ def test_differential_evolution_draws_again_until_a_point_has_a_score():
     assert lost[0] == 41
     assert min(lost) < 41
     assert found.score < WORST
+
+
+def test_a_simplex_moves_by_hand_computed_steps():
+    assert nelder_mead.factors(2) == nelder_mead.factors(1) == (1.0, 2.0, 0.5, 0.5)
+    assert nelder_mead.factors(8) == (1.0, 1.25, 0.6875, 0.875)
+
+    def asked(score, count):
+        """Return the first points that a search from (0.5, 0.5) asks for."""
+        points = []
+
+        def scored(some):
+            points.extend(map(tuple, np.round(some, 12).tolist()))
+            if len(points) >= count:
+                raise StopIteration
+            return score(some)
+
+        with pytest.raises(StopIteration):
+            nelder_mead.improve(scored, nelder_mead.Vertex(0.0, (0.5, 0.5)))
+        return points
+
+    # the first simplex; twice a reflection with an expansion, and a reflection
+    assert asked(lambda points: points[:, 0] + 2.0 * points[:, 1] - 1.5, 7) == [
+        (0.45, 0.5), (0.5, 0.45), (0.45, 0.45), (0.425, 0.425), (0.475, 0.375), (0.4875, 0.3125), (0.4125, 0.2875)]
+    # nothing is better: a reflection, a contraction inside, a shrinkage
+    assert asked(lambda points: np.ones(len(points)), 6) == [
+        (0.45, 0.5), (0.5, 0.45), (0.45, 0.55), (0.4875, 0.475), (0.475, 0.5), (0.5, 0.475)]
+
+
+def test_a_simplex_stays_in_the_cube_and_finds_a_corner():
+    found = run_search(settings('nelder_mead', 40), lambda points: -points.min(axis=1))
+    assert found.score == pytest.approx(-1.0, abs=1e-3)
+    assert found.point.max() <= 1.0
 
 
 def test_generations_seconds_and_stopped_end_a_search():

@@ -125,21 +125,32 @@ def test_gains_that_break_a_rule_around_a_kept_one_are_named():
     assert not space.violations(genes, START)
 
 
-def test_gains_at_the_edge_of_their_search_are_named():
-    genes = bounded(search_genes('backstepping'), {'p': (0.0, 2.0)})
+def test_gains_at_an_edge_beyond_which_the_law_allows_more_are_named():
+    genes = bounded(search_genes('backstepping'), {'p': (0.0, 2.0), 'q': (1.0, 2.0)})
     inside = [0.5] * len(genes)
     assert list(at_the_edge(genes, inside)) == []
     assert list(at_the_edge(genes, [0.999, *inside[1:]])) == [
         'position_controller.backstepping.p is at the upper edge of its search, 0 to 2']
-    assert [text.split()[0] for text in at_the_edge(genes, [0.001] * len(genes))] == [gene.name for gene in genes]
+    # no other gain may be negative
+    assert list(at_the_edge(genes, [0.001] * len(genes))) == [
+        'position_controller.backstepping.q is at the lower edge of its search, 1 to 2']
 
 
-def test_a_search_is_widened_beyond_the_edges_that_it_has_reached_as_far_as_the_law_allows():
+def test_a_bound_that_the_best_gains_have_reached_is_doubled_or_halved_as_far_as_the_law_allows():
     # a weight lies between 1e-3 and 1e6
     genes = bounded(search_genes('lqr'), {'q1': (1.0, 7e5), 'q2': (0.5, 9.0), 'q3': (4.0, 5.0)})
     assert [(gene.low, gene.high) for gene in widened(genes[:3], [1.0, 0.001, 0.995])] == [
-        (1.0, 1e6), (1e-3, 9.0), (4.0, 6.0)]
+        (1.0, 1e6), (0.25, 9.0), (4.0, 10.0)]
     assert widened(genes[:3], [0.5] * 3) == genes[:3]
+    assert widened(genes[:3], [1.0, 0.001, 0.5], {genes[0].name, genes[1].name}) == genes[:3]
+    # 0.01 of this width is not near its lower bound
+    wide = bounded(search_genes('lqr'), {'q2': (0.5, 1e4)})
+    assert widened(wide, [0.5, 0.005, *[0.5] * 5]) == wide
+    # outputs of either sign: -12 to 0, -0.5 to 0.5, 0 to 12
+    turns = [gene for gene in search_genes('fuzzy') if '.d[' in gene.name]
+    assert [(gene.low, gene.high) for gene in widened(turns, [0.001, 0.001, 0.001])] == [
+        (-24.0, 0.0), (-1.0, 0.5), (-12.0, 12.0)]
+    assert [gene.high for gene in widened(turns, [1.0, 1.0, 1.0])] == [12.0, 1.0, 24.0]
 
 
 def test_a_gene_is_named_by_its_parameter_or_an_end_of_that():
