@@ -145,7 +145,8 @@ def paths():
 def searches():
     """A search of 20 x 20 by each algorithm, or several of 5 x 20, a study, a benchmark."""
     def search(algorithm, generations=20):
-        found = mrc.tune('kanayama', seed=1, generations=generations, population=20, algorithm=algorithm, random=2, workers=1)
+        found = mrc.tune('kanayama', seed=1, generations=generations, population=20, algorithm=algorithm,
+                         random=2, workers=1)
         return [*flat(found.parameters), found.objective, *flat(found.history)]
 
     def study():
