@@ -91,7 +91,8 @@ class Staged(NamedTuple):
         """Gains at an edge of the last bounds, as texts."""
         if self.found.point is None:
             return []
-        told = '' if self.gained is None else f'; the last doubling has gained {100.0 * self.gained:.2g} %'
+        told = '' if self.gained is None else (
+            f'; the last doubling lowered the objective by {100.0 * self.gained:.2g} %')
         return [f'{edge}{told}' for edge in at_the_edge(self.genes, self.found.point.tolist())]
 
 

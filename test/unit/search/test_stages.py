@@ -51,7 +51,7 @@ def test_a_gain_that_still_ends_at_an_edge_after_seven_doublings_is_told_with_wh
     # from 1 + 1 / 320 to 1 + 1 / 640
     edge, *others = found.edges
     assert edge == ('position_controller.backstepping.p is at the upper edge of its search, 0 to 640; the last '
-                    'doubling has gained 0.16 %')
+                    'doubling lowered the objective by 0.16 %')
     assert not any('.p ' in other for other in others)
 
 
