@@ -13,8 +13,6 @@ from random import Random
 from types import BuiltinFunctionType, FunctionType
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from mobile_robot_control import elementary
 from mobile_robot_control.conformance.checks import ConformanceWarning, LeftOutError
 from mobile_robot_control.conformance.sampling import (
@@ -141,8 +139,8 @@ def _is_foreign(value: Any) -> bool:
     kind, home = type(value), _home(value)
     if kind.__module__ in ('ctypes', '_cffi_backend') or kind.__name__ in ('cython_function_or_method', 'nb_func'):
         return not home.startswith('numpy')
-    if isinstance(value, np.ufunc):
-        return getattr(np, value.__name__, None) is not value
+    if kind.__name__ == 'ufunc':
+        return getattr(sys.modules['numpy'], value.__name__, None) is not value
     return isinstance(value, BuiltinFunctionType) and (
         home == 'cmath' or home.partition('.')[0] not in sys.stdlib_module_names | {'numpy'})
 
