@@ -2,8 +2,11 @@
 
 import math
 import random
+from itertools import pairwise
 
 import pytest
+from helpers.following import Following
+from helpers.stand_in_model import LEVER, RADIUS, STEP, Base, StandIn, drive
 
 import mobile_robot_control as mrc
 from mobile_robot_control.control.odometry_faults import Opposition, jump_across
@@ -13,6 +16,7 @@ LAWS = ('backstepping', 'hybrid_backstepping', 'fuzzy', 'kanayama', 'ramsete', '
         'dynamic_feedback_linearization', 'sliding_mode', 'lqr')
 CURVES = ('trifolium', 'lemniscate', 'circle', 'lissajous')
 DT = 0.02
+SOAK = (pytest.mark.soak, pytest.mark.timeout(1800))
 
 
 def faults(run):
@@ -71,6 +75,83 @@ def test_a_unicycle_that_turns_the_other_way_is_found_and_a_right_one_is_not():
         at, told = unicycle(random.Random(seed), -1.0)  # noqa: S311
         assert told, seed
         assert at < 8.0, seed
+
+
+def draw_base(draw):
+    """Draw a base with slip, lags, dead time, saturation and late, lost or rough messages."""
+    of = draw.uniform
+    return Base(
+        command_rate=of(15.0, 50.0), odom_rate=of(10.0, 60.0), latency=of(0.0, 0.12), lag=of(0.02, 0.4),
+        dead_time=of(0.0, 0.2), dead_zone=of(0.0, 0.05), fastest=of(0.3, 0.8),
+        acceleration=draw.choice((math.inf, of(0.3, 2.0))), unlike=of(-0.05, 0.05), turn=of(0.7, 1.05),
+        jitter=of(0.0, 0.03), lost=of(0.0, 0.1), ticks=draw.choice((0, 500, 4096)),
+        second_lag=draw.choice((0.0, of(0.02, 0.15))), quantum=draw.choice((0.0, 0.01, 0.05)), scrub=of(0.0, 0.5),
+        skid=of(0.0, 0.4))
+
+
+class Handled(StandIn):
+    """A base that hands push for up to half a second, and lift so that its wheels turn without moving it."""
+
+    def __init__(self, base, pose, draw):
+        super().__init__(base, pose)
+        times = [draw.uniform(1.0, 15.0) for _ in range(5)]
+        self.pushes = [(at, at + draw.uniform(0.1, 0.5), draw.uniform(-0.5, 0.5), draw.uniform(-1.5, 1.5))
+                       for at in times[:3]]
+        self.lifts = [(at, at + draw.uniform(0.3, 3.0)) for at in times[3:]]
+
+    def _push(self):
+        """Return the velocity by which it is pushed."""
+        now = [push[2:] for push in self.pushes if push[0] <= self.k * STEP < push[1]]
+        return now[0] if now else (0.0, 0.0)
+
+    def _odometer(self):
+        pose, (v, omega) = super()._odometer()
+        more = (0.0, 0.0) if self.base.ticks else self._push()
+        return pose, (v + more[0], omega + more[1])
+
+    def move(self):
+        """Move, and be moved."""
+        (v, omega), at = self._push(), self.pose
+        is_lifted = any(begin <= self.k * STEP < end for begin, end in self.lifts)
+        super().move()
+        x, y, heading = at if is_lifted else self.pose
+        self.pose = (x + STEP * v * math.cos(heading), y + STEP * v * math.sin(heading), heading + STEP * omega)
+        for wheel, side in enumerate((1.0, -1.0)):
+            self._turned[wheel] += STEP * (v + side * LEVER * omega) / RADIUS
+
+
+def judged(seed, swapped):
+    """Drive a drawn base, also with swapped wheels; return whether a fault is told, and the way [m]."""
+    draw = random.Random(seed)  # noqa: S311 (a simulation)
+    base, law = draw_base(draw), draw.choice(LAWS)
+    # unless it approaches the cart, a base with swapped wheels may spin beside it
+    following = Following(law, 0.2 if swapped else draw.choice((0.0, 0.2)))
+    x, y, heading = following.reference(0.0).pose
+    place = (x + draw.uniform(-0.08, 0.08), y + draw.uniform(-0.08, 0.08), heading + draw.uniform(-1.5, 1.5))
+    state, last, found, command = Opposition(), None, False, BodyVelocity(0.0, 0.0)
+
+    def control(time, stamp, pose, velocity):
+        nonlocal state, last, found, command
+        if last is not None and stamp > last[0]:
+            state = state.after(command, last[1], Pose(*pose), BodyVelocity(*velocity), stamp - last[0])
+            found = found or bool(state.fault())
+        last, command = (stamp, Pose(*pose)), following(time, stamp, pose, velocity)
+        return (command.linear, -command.angular if swapped else command.angular)
+
+    truth = drive(base, control, place, 16.0, made=StandIn if swapped else lambda *at: Handled(*at, draw))
+    return found, math.fsum(math.dist(one[1][:2], other[1][:2]) for one, other in pairwise(truth))
+
+
+@pytest.mark.parametrize('seeds', [range(5), pytest.param(range(5, 100), marks=SOAK)])
+def test_no_drawn_base_that_slips_lags_saturates_or_is_pushed_or_lifted_is_told_to_move_against_its_command(seeds):
+    assert [seed for seed in seeds if judged(seed, swapped=False)[0]] == []
+
+
+@pytest.mark.parametrize('seeds', [range(3), pytest.param(range(3, 60), marks=SOAK)])
+def test_most_drawn_bases_with_swapped_wheels_are_found_and_others_do_not_get_far(seeds):
+    answers = [judged(seed, swapped=True) for seed in seeds]
+    assert [way for found, way in answers if not found and way > 2.0] == []
+    assert sum(found for found, _ in answers) > 0.8 * len(answers)
 
 
 def test_braking_and_a_measured_zero_are_not_against_the_command():

@@ -116,9 +116,9 @@ class StandIn:
         self.k += 1
 
 
-def drive(base, control, start, seconds, rate=50.0):
+def drive(base, control, start, seconds, rate=50.0, made=StandIn):
     """Drive a base by ``control(time, stamp, pose, velocity) -> (v, omega)``; return times and true poses."""
-    robot = StandIn(base, start)
+    robot = made(base, start)
     truth = []
     for k in range(round(seconds / STEP)):
         time = k * STEP
