@@ -77,8 +77,7 @@ def study_into_files(request: StudyRequest, files: StudyFiles, command_line: str
     total = request.runs * len(controllers)
     # before anything long begins
     check_place(folder / 'runs.csv')
-    folder.mkdir(parents=True, exist_ok=True)
-    with alone_in(folder), Interrupt() as interrupt:
+    with Interrupt() as interrupt, alone_in(folder):
         with runner(request.where) as run, StagedBar(total, 'run', 'driving') as bar:
             results = run_study(request, controllers, run, bar.update, lambda: interrupt.requested)
         if not results:

@@ -155,7 +155,8 @@ def check_place(file: Path) -> None:
 
 @contextmanager
 def alone_in(folder: Path) -> Iterator[None]:
-    """Keep other processes of this package from writing into a folder; raise OSError if one does already."""
+    """Make a folder, and keep other processes of this package out of it; raise OSError if one writes already."""
+    folder.mkdir(parents=True, exist_ok=True)
     try:
         import fcntl  # noqa: PLC0415 (not on every platform: there nothing is kept)
     except ImportError:

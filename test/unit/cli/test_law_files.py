@@ -57,7 +57,8 @@ def test_resume_refuses_a_journal_whose_law_has_changed(tmp_path, capsys):
     law, output, journal = (tmp_path / name for name in ('law.py', 'found.yaml', 'found.yaml.journal'))
     text = (PLUGINS / 'kanayama.py').read_text()
     law.write_text(text)
-    search = [*SEARCH, '--law', str(law), '--output', str(output), '--generations']
+    search = [*SEARCH, '--law', str(law), '--output', str(output), '--algorithm', 'differential_evolution',
+              '--generations']
     # ended by its time, with a journal
     assert tune.main([*search, '50', '--time-limit', '1e-9']) == 1
     before = journal.read_bytes()
