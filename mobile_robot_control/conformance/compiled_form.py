@@ -139,7 +139,7 @@ def _is_foreign(value: Any) -> bool:
     kind, home = type(value), _home(value)
     if kind.__module__ in ('ctypes', '_cffi_backend') or kind.__name__ in ('cython_function_or_method', 'nb_func'):
         return not home.startswith('numpy')
-    if type(value).__name__ == 'ufunc':
+    if kind.__name__ == 'ufunc':
         # NumPy is loaded where there is one
         return getattr(sys.modules['numpy'], value.__name__, None) is not value
     return isinstance(value, BuiltinFunctionType) and (

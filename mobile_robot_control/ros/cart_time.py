@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from itertools import accumulate
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
@@ -24,9 +24,6 @@ from mobile_robot_control.ros.cart_course import CartCourse
 from mobile_robot_control.ros.clock import SteadyClock
 from mobile_robot_control.ros.diagnostics import Condition
 from mobile_robot_control.ros.inputs import InputMonitor
-
-if TYPE_CHECKING:
-    pass
 
 PERIOD = 'period'
 """The parameter that changes without a jump of the cart."""
