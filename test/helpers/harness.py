@@ -232,6 +232,11 @@ class Robots:
         assert answer is None or answer.results[0].successful
         self.finish()
 
+    def writers(self, node):
+        """Return what the only robot's recorder knows a node's publishers on the loop's topics by."""
+        return {bytes(one.endpoint_gid) for name, topic in self.loop.topics.items() if topic.publisher == node
+                for one in self.recorder.get_publishers_info_by_topic(self.recorder.resolve_topic_name(name))}
+
     def trigger(self, service):
         """Call a service without arguments, once unless the answer is lost; returns success and message."""
         client = self._known_client(Trigger, *service.rsplit('/', 1))
