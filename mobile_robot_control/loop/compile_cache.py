@@ -1,11 +1,13 @@
-"""Compiled functions of this package on disk: the next program that needs one does not compile it for seconds."""
+"""The compiler: signals wait for its end, and its functions are kept on disk for the next program."""
 
 import fcntl
 import hashlib
 import os
 import shutil
+import signal
 import stat
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -15,17 +17,56 @@ from typing import Any, cast
 
 import numba.core.caching
 import numba.core.config
+import numba.core.event
 
 from mobile_robot_control.jit import BEGUN
 from mobile_robot_control.system.texts import printable
 
 _caching: Any = numba.core.caching
 _config: Any = numba.core.config
+_event: Any = numba.core.event
 
 PACKAGE = Path(__file__).parents[1]
 _LOCK = 'lock'
 _KEPT = 30 * 24 * 3600.0
 """So long after its last use, machine code of another version of the package is removed [s]."""
+
+
+class _Undisturbed(_event.Listener):  # type: ignore[misc,unused-ignore]
+    """Lets signals wait for the end of the compiler: an exception within it may free memory twice, a segfault."""
+
+    def __init__(self) -> None:
+        self._depth = 0
+        self._came: dict[int, None] = {}
+
+    def on_start(self, _event: Any) -> None:
+        # handlers run in the main thread
+        if threading.current_thread() is not threading.main_thread():
+            return
+        self._depth += 1
+        if self._depth == 1:
+            before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+            self._before = {number: handler for number, handler in before.items() if callable(handler)}
+            for number in self._before:
+                signal.signal(number, self._note)
+
+    def _note(self, number: int, _frame: object) -> None:
+        self._came[number] = None
+
+    def on_end(self, _event: Any) -> None:
+        if threading.current_thread() is not threading.main_thread():
+            return
+        self._depth -= 1
+        if self._depth == 0:
+            for number, handler in self._before.items():
+                signal.signal(number, handler)
+            came, self._came = self._came, {}
+            for each in came:
+                signal.raise_signal(each)
+
+
+# the lock is held as long as anything is compiled or loaded
+_event.register('numba:compiler_lock', _Undisturbed())
 
 
 def home() -> Path:

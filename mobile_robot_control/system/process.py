@@ -5,7 +5,6 @@ import os
 import signal
 import sys
 import threading
-import time
 from typing import Any
 
 
@@ -72,7 +71,7 @@ class Interrupt:
     """
 
     def __init__(self) -> None:
-        self._requested = self._seen = self._lost = False
+        self._requested = self._seen = False
         self._ended = threading.Event()
         self._before: dict[int, Any] = {}
 
@@ -92,22 +91,11 @@ class Interrupt:
         """Wait for a signal; end the work if it does not end by itself."""
         if not os.read(self._signals, 1) or self._ended.wait(LATE) or self._seen:
             return
-        self._lost, deadline = True, time.monotonic() + _LAST
-        while not self._ended.wait(0.1):
-            if self._lost:
-                self._lost = False
-                # a second signal
-                _thread.interrupt_main()
-            if time.monotonic() > deadline:
-                os.write(2, b'interrupted, and ended since its work did not end\n')
-                os._exit(1)
-
-    def _ignored(self, what: Any) -> None:
-        """Take an exception that Python cannot raise; an interrupt is one in a callback of the compiler."""
-        if what.exc_type is KeyboardInterrupt:
-            self._lost = True
-        else:
-            self._hook(what)
+        # a second signal
+        _thread.interrupt_main()
+        if not self._ended.wait(_LAST):
+            os.write(2, b'interrupted, and ended since its work did not end\n')
+            os._exit(1)
 
     def __enter__(self) -> 'Interrupt':
         # the interpreter writes there at once, also in compiled code, where no handler runs
@@ -115,7 +103,6 @@ class Interrupt:
         os.set_blocking(self._pipe, False)
         self._wakeup = signal.set_wakeup_fd(self._pipe, warn_on_full_buffer=False)
         self._before = {number: signal.signal(number, self._note) for number in ending_signals()}
-        self._hook, sys.unraisablehook = sys.unraisablehook, self._ignored
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._thread.start()
         return self
@@ -124,7 +111,6 @@ class Interrupt:
         self._ended.set()
         for number, handler in self._before.items():
             signal.signal(number, handler)
-        sys.unraisablehook = self._hook
         signal.set_wakeup_fd(self._wakeup)
         os.close(self._pipe)
         self._thread.join()

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import stat
 import tempfile
 from pathlib import Path
@@ -39,6 +40,24 @@ def test_a_function_of_the_package_is_kept_and_another_or_a_damaged_one_is_compi
         for file in home.rglob('*.nb*'):
             file.write_bytes(damage)
         assert [_hits(folded), _hits(folded)] == [0, 1]
+
+
+class _Interrupts(numba.core.event.Listener):
+    """Sends an interrupt from within the compiler."""
+
+    def on_start(self, event):
+        signal.raise_signal(signal.SIGINT)
+
+    def on_end(self, event):
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_an_interrupt_waits_for_the_compiler():
+    one = numba.njit(lambda value: value + 1.0)
+    with pytest.raises(KeyboardInterrupt), numba.core.event.install_listener('numba:compile', _Interrupts()):
+        one(1.0)
+    assert len(one.signatures) == 1
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def _linked(home):
