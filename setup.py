@@ -33,7 +33,7 @@ setup(
     python_requires='>=3.10',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     # the annotations are for users, too; scripts and styles of pages
-    package_data={PACKAGE: ['py.typed', '__init__.pyi', 'ros/*.xml', 'web/*.js', 'web/*.css', 'web/uplot/*']},
+    package_data={PACKAGE: ['py.typed', '__init__.pyi', 'ros/start/*.xml', 'web/*.js', 'web/*.css', 'web/uplot/*']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
@@ -92,7 +92,7 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            *(f'{node} = {PACKAGE}.ros.executables:{node}' for node in NODES),
+            *(f'{node} = {PACKAGE}.ros.start.executables:{node}' for node in NODES),
             *(f'{command} = {PACKAGE}.{module}:main' for command, module in COMMANDS.items()),
         ],
     },

@@ -37,7 +37,7 @@ PARTS = {
     'model': (('model',), ('model',)),
     'reference': (('reference',), ('reference',)),
     'loop': (('loop', 'runs/metrics.py', 'runs/rollout.py'), ('loop', 'runs/test_metrics.py')),
-    'stamp policies': (('ros/stamp_policy.py', 'ros/lockstep.py'),
+    'stamp policies': (('ros/shared/stamp_policy.py', 'ros/shared/lockstep.py'),
                        ('ros/test_stamp_policy.py', 'ros/test_lockstep_driver.py')),
 }
 """Of each part: its folders and files in the package, and those of its tests in test/unit."""

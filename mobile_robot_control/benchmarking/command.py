@@ -107,7 +107,7 @@ def _verify(request: BenchmarkRequest, files: BenchmarkFiles) -> int:
         raise ParameterError([f'{folder}: holds no benchmark with these options; run it first, without --verify'])
     # imported late: no other use needs ROS 2
     from mobile_robot_control.benchmarking.verifying import verify  # noqa: PLC0415
-    from mobile_robot_control.ros.process import Stop  # noqa: PLC0415
+    from mobile_robot_control.ros.shared.process import Stop  # noqa: PLC0415
 
     differing = verify(benchmark, done, folder, _DRAWN, Stop())
     for text in differing:

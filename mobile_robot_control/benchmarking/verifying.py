@@ -17,7 +17,7 @@ from mobile_robot_control.experiment.runner import run_experiment
 from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.loop.scenarios import Scenario, scenario_configuration, scenario_trial
 from mobile_robot_control.reference.curves import PATH
-from mobile_robot_control.ros.process import Stop, check_environment
+from mobile_robot_control.ros.shared.process import Stop, check_environment
 from mobile_robot_control.runs.bag import read_bag
 from mobile_robot_control.runs.rollout import trial_rollout
 from mobile_robot_control.settings.nodes import Configuration

@@ -14,7 +14,7 @@ from mobile_robot_control.dashboard.sampling import Sampler
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse
 from mobile_robot_control.messages.writing import message_class
-from mobile_robot_control.ros.qos import LATCHED
+from mobile_robot_control.ros.shared.qos import LATCHED
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import LOOP_TOPICS, SHOWN_TOPICS
 

@@ -27,7 +27,7 @@ from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.mcap_stream import RESET
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.quantities import TrackingError
-from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.ros.start.spin import make_executor
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS

@@ -24,7 +24,7 @@ from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.motion import Turn, plan
 from mobile_robot_control.reference.path_parameters import NO_FILE, REVERSE
 from mobile_robot_control.reference.waypoints import checked_waypoints
-from mobile_robot_control.ros.qos import LATCHED, PUBLISHED
+from mobile_robot_control.ros.shared.qos import LATCHED, PUBLISHED
 from mobile_robot_control.settings.nodes import ReferenceCartParameters, path_request
 from mobile_robot_control.topics import DISTURBANCE, PATH_TOPIC
 

@@ -31,7 +31,7 @@ from mobile_robot_control.dashboard.lesson_files import read_lessons
 from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
-from mobile_robot_control.ros.process import Stop, check_environment
+from mobile_robot_control.ros.shared.process import Stop, check_environment
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.files import read_namespace
 from mobile_robot_control.system.files import encodable_path

@@ -13,10 +13,10 @@ from mobile_robot_control.experiment.excitation import Area, Excitation, Excitat
 from mobile_robot_control.experiment.exciter import Exciter
 from mobile_robot_control.experiment.runner import SETTLE
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.ros.process import Stop
-from mobile_robot_control.ros.qos import flush
-from mobile_robot_control.ros.spin import make_executor
-from mobile_robot_control.ros.timers import create_steady_timer
+from mobile_robot_control.ros.shared.process import Stop
+from mobile_robot_control.ros.shared.qos import flush
+from mobile_robot_control.ros.shared.timers import create_steady_timer
+from mobile_robot_control.ros.start.spin import make_executor
 from mobile_robot_control.runs.bag import topic_names
 from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.system.progress import tqdm

@@ -27,7 +27,7 @@ from typing import Annotated, NamedTuple
 from mobile_robot_control.cli import make_dds_main, make_parser, request_of
 from mobile_robot_control.experiment.excitation import ExcitationRequest, area_of
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.ros.process import Stop, check_environment
+from mobile_robot_control.ros.shared.process import Stop, check_environment
 from mobile_robot_control.system.texts import printable
 
 

@@ -19,10 +19,10 @@ from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_odometry, read_or_refuse, serialised_stamp
 from mobile_robot_control.quantities import BodyVelocity, Pose
-from mobile_robot_control.ros.conversions import PLAIN
-from mobile_robot_control.ros.peers import publisher_names
-from mobile_robot_control.ros.qos import SENSORS, publish_on, subscribe_to
-from mobile_robot_control.ros.stamp_policy import StampDecision, WallClockStampPolicy
+from mobile_robot_control.ros.shared.conversions import PLAIN
+from mobile_robot_control.ros.shared.peers import publisher_names
+from mobile_robot_control.ros.shared.qos import SENSORS, publish_on, subscribe_to
+from mobile_robot_control.ros.shared.stamp_policy import StampDecision, WallClockStampPolicy
 from mobile_robot_control.topics import GROUND_TRUTH, LOOP_TOPICS, RUN_TOPICS
 
 _ODOMETRY = LOOP_TOPICS['odom'].kind

@@ -10,7 +10,7 @@ from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.experiment.runner import ExperimentResult
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
-from mobile_robot_control.ros.process import LOAD_ERRORS, Stop, check_environment, load_fault
+from mobile_robot_control.ros.shared.process import LOAD_ERRORS, Stop, check_environment, load_fault
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.files import read_namespace
 from mobile_robot_control.settings.nodes import Configuration

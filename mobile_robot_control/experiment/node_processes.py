@@ -11,7 +11,7 @@ from pathlib import Path
 from rclpy.utilities import get_rmw_implementation_identifier
 
 from mobile_robot_control.parameters.plugins import plugin_environment
-from mobile_robot_control.ros.process import ros_home
+from mobile_robot_control.ros.shared.process import ros_home
 
 PROFILES_VARIABLES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
 """The variable of Fast DDS 3, and that of Fast DDS 2."""
@@ -21,7 +21,7 @@ _HEARTBEATS = ('heartbeat_period', 'heartbeatPeriod')
 # announces itself for 4 s. By default a reliable listener learns every 3 s of the messages that it lacks, when their
 # publisher may have ended. Shared memory is off: its ports are numbered across all ROS domains of a machine, and where
 # nodes are killed while others start, two nodes now and then do not discover each other; a process that is suspended
-# may hold a port's lock, on which others wait. UDP is as fast on one machine. The property is that of ros/fastdds.xml.
+# may hold a port's lock, on which others wait. UDP is as fast on one machine. The property is that of fastdds.xml.
 _PROFILES = """<?xml version="1.0" encoding="UTF-8"?>
 <profiles xmlns="http://www.eprosima.com">
   <transport_descriptors>
@@ -142,7 +142,7 @@ class NodeProcess:
         self._log = log
         with log.open('wb') as file:
             self._process = subprocess.Popen(  # noqa: S603 (our own module)
-                [sys.executable, '-m', 'mobile_robot_control.ros.executables', *names, *arguments],
+                [sys.executable, '-m', 'mobile_robot_control.ros.start.executables', *names, *arguments],
                 stdin=subprocess.PIPE, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
                 # a stop of an earlier simulated robot does not hold
                 env={'ROS_LOG_DIR': f'{ros_home()}/log'} | os.environ | plugin_environment() | {

@@ -18,9 +18,9 @@ from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.messages.types import DiagnosticArray
 from mobile_robot_control.messages.writing import message_class
-from mobile_robot_control.ros.diagnostics import LAW_FAILED, SUBSCRIBERS_KEY
-from mobile_robot_control.ros.qos import PUBLISHED, QUIET
-from mobile_robot_control.ros.timers import create_steady_timer
+from mobile_robot_control.ros.shared.diagnostics import LAW_FAILED, SUBSCRIBERS_KEY
+from mobile_robot_control.ros.shared.qos import PUBLISHED, QUIET
+from mobile_robot_control.ros.shared.timers import create_steady_timer
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import EVENTS, MEASURED_TOPICS, SHARED_TOPICS, LoopGraph
 

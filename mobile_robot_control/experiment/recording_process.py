@@ -14,8 +14,8 @@ from rclpy.signals import SignalHandlerOptions
 from mobile_robot_control.experiment.folders import evaluate
 from mobile_robot_control.experiment.recorder import NO_LIMIT, Recorder
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.ros.process import Stop
-from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.ros.shared.process import Stop
+from mobile_robot_control.ros.start.spin import make_executor
 from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load

@@ -30,7 +30,7 @@ from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.mcap_stream import Change
 from mobile_robot_control.messages.writing import planar_quaternion
 from mobile_robot_control.quantities import NANOSECONDS, Pose, Push
-from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.ros.shared.qos import PUBLISHED
 from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import CORRECTION, DISTURBANCE, GOAL, OTHER_INPUTS, PATH_TOPIC
 

@@ -13,8 +13,8 @@ from mobile_robot_control.experiment.node_processes import START, NodeProcess, s
 from mobile_robot_control.experiment.recorder import AHEAD, Recorder
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import period_nanoseconds
-from mobile_robot_control.ros.process import Stop
-from mobile_robot_control.ros.spin import RCLError, make_executor, one_line
+from mobile_robot_control.ros.shared.process import Stop
+from mobile_robot_control.ros.start.spin import RCLError, make_executor, one_line
 from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.settings.nodes import Configuration, loop_of
 from mobile_robot_control.system.progress import RunProgress, tqdm

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from mobile_robot_control.ros.executables import run_nodes
+from mobile_robot_control.ros.start.executables import run_nodes
 
 
 class _NoParameters(NamedTuple):

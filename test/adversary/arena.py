@@ -37,7 +37,7 @@ def main_of(command):
     """Return the entry point of a command, or a function that starts and ends a node."""
     if command in COMMANDS:
         return _installed(command).load()
-    from mobile_robot_control.ros.spin import spin
+    from mobile_robot_control.ros.start.spin import spin
     from mobile_robot_control.system.process import prepare_streams
 
     def run_node():
@@ -101,7 +101,7 @@ def _start(case, streams):
     if case['process']:
         words = [sys.executable, '-m', _installed(command).module, *arguments]
         if command not in COMMANDS:
-            words[2:4] = ['mobile_robot_control.ros.executables', command]
+            words[2:4] = ['mobile_robot_control.ros.start.executables', command]
         changed = {**os.environ, **case['environment']}
         environment = {name: value for name, value in changed.items() if value is not None}
         return subprocess.Popen(words, cwd=case['cwd'], env=environment, stdin=subprocess.DEVNULL, stdout=streams[0],
@@ -180,9 +180,12 @@ def main():
     for command in COMMANDS:
         main_of(command)
     # imported once for all cases
-    from mobile_robot_control.settings.nodes import NODES, Configuration
-    for module in ('experiment.runner', 'report.report_writing', *(f'ros.nodes.{node}' for node in NODES)):
+    from mobile_robot_control.ros.start.loaded import LOADED, load
+    from mobile_robot_control.settings.nodes import Configuration
+    for module in ('experiment.runner', 'report.report_writing'):
         importlib.import_module(f'mobile_robot_control.{module}')
+    for name in LOADED:
+        load(name)
     if 'warm' in sys.argv:
         from mobile_robot_control.loop.batch import run_trials
         from mobile_robot_control.loop.trial import make_trial

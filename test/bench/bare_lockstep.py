@@ -18,7 +18,7 @@ from sensor_msgs.msg import JointState
 
 from bench.bare_messages import CMD_VEL, JOINT_STATES, ODOM, REFERENCE, TRACKING_ERROR, WHEEL_TORQUES
 from bench.process import spin
-from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
+from mobile_robot_control.ros.shared.qos import PUBLISHED, SUBSCRIBED
 
 PERIOD = 2_000_000
 TICKS = 5

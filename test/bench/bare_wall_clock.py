@@ -14,7 +14,7 @@ from rclpy.node import Node
 
 from bench.bare_messages import DIAGNOSTICS, MESSAGES
 from bench.process import spin
-from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
+from mobile_robot_control.ros.shared.qos import PUBLISHED, SUBSCRIBED
 
 
 class Topics(NamedTuple):

@@ -31,7 +31,7 @@ def speeds(folder: Path, windows: int = WINDOWS) -> tuple[list[float], list[floa
     with graphs(2) as both:
         for graph in both:
             for name in NODES:
-                graph.start(name, 'mobile_robot_control.ros.executables', name, '--ros-args',
+                graph.start(name, 'mobile_robot_control.ros.start.executables', name, '--ros-args',
                             '--params-file', CONFIG / 'backstepping.yaml', '-p', 'real_time_factor:=0.0')
         watch(both[0], folder)
         odometers = {graph: Odometer(graph) for graph in both}

@@ -16,7 +16,7 @@ WINDOWS, SECONDS, WARM_UP = 20, 0.6, 0.25
 def start(ours: Graph, bare: Graph) -> None:
     """Start both graphs, each node in a process of its own."""
     for name in NODES:
-        ours.start(name, 'mobile_robot_control.ros.executables', name, '--ros-args',
+        ours.start(name, 'mobile_robot_control.ros.start.executables', name, '--ros-args',
                    '--params-file', CONFIG / 'backstepping.yaml', '-p', 'real_time_factor:=0.0')
         bare.start(name, 'bench.bare_lockstep', name)
 

@@ -18,7 +18,7 @@ def megabytes(simulated: float = 4.0) -> dict[str, float]:
     with graphs(1) as (graph,):
         graph.start('empty', 'bench.empty_node')
         for name in NODES:
-            graph.start(name, 'mobile_robot_control.ros.executables', name, '--ros-args',
+            graph.start(name, 'mobile_robot_control.ros.start.executables', name, '--ros-args',
                         '--params-file', CONFIG / 'backstepping.yaml')
         show('memory, a run under way')
         with contextlib.closing(Odometer(graph)) as odometer:

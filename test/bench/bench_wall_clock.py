@@ -32,8 +32,8 @@ STATISTICS = {
 def start_ours(graph: Graph, probed: Path) -> None:
     """Start our nodes with probes that write to a folder."""
     for name, period in PERIODS.items():
-        graph.start(name, 'bench.probe', probed / f'{graph.domain}_{name}', 'mobile_robot_control.ros.executables',
-                    *_arguments(name, period))
+        graph.start(name, 'bench.probe', probed / f'{graph.domain}_{name}',
+                    'mobile_robot_control.ros.start.executables', *_arguments(name, period))
 
 
 def _arguments(name: str, period: int) -> tuple[object, ...]:
@@ -52,7 +52,7 @@ def start(ours: Graph, bare: Graph, probed: Path | None = None) -> None:
     """Start both graphs, each node in a process of its own, with probes that write to a folder or without."""
     for name, period in PERIODS.items():
         for graph, module, *arguments in (
-            (ours, 'mobile_robot_control.ros.executables', *_arguments(name, period)),
+            (ours, 'mobile_robot_control.ros.start.executables', *_arguments(name, period)),
             (bare, 'bench.bare_wall_clock', name, period),
         ):
             if probed is None:

@@ -7,7 +7,7 @@ from nav_msgs.msg import Odometry
 from bench.graph import Graph
 from bench.listener import Listener
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.ros.qos import SUBSCRIBED
+from mobile_robot_control.ros.shared.qos import SUBSCRIBED
 
 
 class Odometer(Listener):

@@ -5,8 +5,8 @@ from typing import Any
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.ros.process import Stop
-from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.ros.shared.process import Stop
+from mobile_robot_control.ros.start.spin import make_executor
 
 
 def spin(make: Any, *arguments: Any) -> None:

@@ -17,7 +17,7 @@ from bench.bare_messages import MESSAGES
 from bench.graph import alternate, cpu_seconds, graphs, proportional_megabytes
 from bench.listener import Listener
 from bench.row import at_least, at_most, median_ratio
-from mobile_robot_control.ros.qos import SUBSCRIBED
+from mobile_robot_control.ros.shared.qos import SUBSCRIBED
 
 
 def test_a_row_holds_up_to_its_bound_and_never_with_nan():

@@ -14,8 +14,8 @@ from mobile_robot_control.control.compensation import carried_forward
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.messages.writing import path_message
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose
-from mobile_robot_control.ros.cart_course import CartCourse
-from mobile_robot_control.ros.path_planning import answer
+from mobile_robot_control.ros.cart.cart_course import CartCourse
+from mobile_robot_control.ros.cart.path_planning import answer
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 

@@ -83,7 +83,7 @@ def test_wrong_laws_do_no_harm_and_are_refused_with_the_reason(tmp_path):
 def test_a_node_refuses_it_too(domain, tmp_path):
     text, reason = WRONG['no_import']
     install(tmp_path / 'installed', no_import=text)
-    done = run(tmp_path / 'installed', '-m', 'mobile_robot_control.ros.executables', 'position_controller',
+    done = run(tmp_path / 'installed', '-m', 'mobile_robot_control.ros.start.executables', 'position_controller',
                '--ros-args', '-p', 'controller_type:=no_import')
     assert done.returncode == 2
     assert reason in done.stderr

@@ -21,8 +21,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
-from mobile_robot_control.ros.qos import SUBSCRIBED
-from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.ros.shared.qos import SUBSCRIBED
+from mobile_robot_control.ros.start.spin import make_executor
 
 RATE = 1000.0
 WRONG_FRAME = 'elsewhere'

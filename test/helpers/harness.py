@@ -23,7 +23,7 @@ from helpers.warm_nodes import WarmNode
 from mobile_robot_control.experiment.node_processes import PROFILES_VARIABLES, stop_processes
 from mobile_robot_control.experiment.recorder import Recorder
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.ros.start.spin import make_executor
 from mobile_robot_control.runs import bag
 from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS

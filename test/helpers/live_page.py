@@ -49,7 +49,7 @@ class LivePage:
         for process in Path('/proc').glob('[0-9]*'):
             with contextlib.suppress(OSError):  # it has ended meanwhile
                 parent = (process / 'stat').read_text().rpartition(')')[2].split()[1]
-                if int(parent) == self.process.pid and b'ros.executables' in (process / 'cmdline').read_bytes():
+                if int(parent) == self.process.pid and b'ros.start.executables' in (process / 'cmdline').read_bytes():
                     found.append(int(process.name))
         return found
 

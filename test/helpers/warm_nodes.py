@@ -11,11 +11,10 @@ import sys
 
 from mobile_robot_control.experiment.node_processes import NodeProcess
 from mobile_robot_control.parameters.plugins import plugin_environment
+from mobile_robot_control.ros.start.loaded import LOADED
 
 _FORKS = multiprocessing.get_context('forkserver')
-_FORKS.set_forkserver_preload(['mobile_robot_control.ros.spin', *(
-    f'mobile_robot_control.ros.nodes.{name}'
-    for name in ('plant', 'velocity_controller', 'position_controller', 'reference_cart'))])
+_FORKS.set_forkserver_preload([name.partition(':')[0] for name in LOADED.values()])
 
 _AT_THE_START = dict(os.environ)
 _READ_LATER = ('ROS_', 'FASTDDS_', 'FASTRTPS_', 'PYTEST_')
@@ -29,7 +28,7 @@ def _is_as_imported(environment):
 
 def _run(names, arguments, log, environment, reading):
     """Be a node: what an executable is given, this process is given."""
-    from mobile_robot_control.ros.executables import run_nodes
+    from mobile_robot_control.ros.start.executables import run_nodes
 
     os.setsid()
     os.dup2(reading.fileno(), 0)

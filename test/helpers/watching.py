@@ -7,7 +7,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
-from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.ros.shared.qos import PUBLISHED
 
 
 class Timeline:

@@ -130,16 +130,16 @@ def test_rcl_reads_every_shipped_file_and_every_node_starts_with_those_of_robots
     """All four nodes in one process, with each file in turn: a refused file ends the process with an error."""
     code = (
         'import sys, rclpy\n'
-        'from mobile_robot_control.ros.spin import make_node\n'
+        'from mobile_robot_control.ros.start.loaded import load\n'
         'from mobile_robot_control.settings.nodes import NODES\n'
-        'from mobile_robot_control.ros.spin import check_ros_arguments\n'
+        'from mobile_robot_control.ros.start.arguments import check_ros_arguments\n'
         'for path in sys.argv[1:]:\n'
         '    arguments = ["--ros-args", "--params-file", path]\n'
         '    rclpy.init(args=arguments)\n'
         '    for name in NODES:\n'
         '        of_cart = check_ros_arguments([name], arguments)\n'
         '        if "/robots/" in path:\n'
-        '            make_node(name, of_cart=of_cart).destroy_node()\n'
+        '            load(name)(*[of_cart] * (name == "reference_cart")).destroy_node()\n'
         '    rclpy.shutdown()\n'
     )
     done = subprocess.run([sys.executable, '-c', code, *map(str, FILES)], capture_output=True, text=True, timeout=100,

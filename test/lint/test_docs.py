@@ -20,7 +20,7 @@ from mobile_robot_control.loop.monte_carlo import METRICS, Judged, metric_labels
 from mobile_robot_control.loop.scenarios import Scenario
 from mobile_robot_control.parameters.declaration import declarations
 from mobile_robot_control.quantities import Pose, WheelTorque
-from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
+from mobile_robot_control.ros.shared.diagnostics import SUBSCRIBERS_KEY
 from mobile_robot_control.runs.csv_table import CSV_COLUMNS
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.search.search import Generation
@@ -86,11 +86,11 @@ def test_the_tables_of_all_robots_are_present():
 def test_its_topics_are_those_of_the_node(domain):
     code = (
         'import rclpy\n'
-        'from mobile_robot_control.ros.spin import make_node\n'
+        'from mobile_robot_control.ros.start.loaded import load\n'
         'from mobile_robot_control.settings.nodes import NODES\n'
         'rclpy.init()\n'
         'for name in NODES:\n'
-        '    node = make_node(name)\n'
+        '    node = load(name)()\n'
         '    for verb, found in (("publishes", node.publishers), ("subscribes", node.subscriptions)):\n'
         '        for end in found:\n'
         '            kind = end.msg_type.__module__.split(".")[0] + "/msg/" + end.msg_type.__name__\n'

@@ -9,7 +9,10 @@ from pathlib import Path
 import pytest
 from package_drawing import imported_names
 
+from mobile_robot_control.ros.start.loaded import LOADED
+
 PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
+LOADED_MODULES = [name.partition(':')[0] for name in LOADED.values()]
 FILES = sorted(path for path in PACKAGE.rglob('*.py') if path != PACKAGE / '__init__.py')
 # a node is a folder, or a module beside the folders; the package's own __init__ is its face and imports nothing itself
 MAY_IMPORT_ROS = {'ros', 'messages', 'experiment', 'dashboard'}
@@ -63,11 +66,16 @@ def test_imports_between_folders_and_between_files_run_one_way_and_none_is_relat
             raise AssertionError(f'these import each other: {" <- ".join(error.args[1])}') from error
 
 
-def test_nodes_stand_above_their_parts_and_formulas_below_all_that_uses_them(imported, graph):
-    for path in (PACKAGE / 'ros').glob('*.py'):
-        # the spin loop finds the nodes by name
-        found = [name for name in imported[path] if name.startswith(f'{PACKAGE.name}.ros.nodes.')]
-        assert not found, f'{path.relative_to(PACKAGE)} imports {", ".join(found)}'
+def test_each_node_has_its_parts_and_those_of_all_nodes_and_is_loaded_by_the_one_table(imported):
+    ros = f'{PACKAGE.name}.ros'
+    for path in (PACKAGE / 'ros').glob('*/*.py'):
+        own, outside = path.parent.name, {name.split('.')[2] for name in imported[path] if name.startswith(f'{ros}.')}
+        assert outside <= {own, 'shared', *['own_node'] * (own == 'start')}, path.relative_to(PACKAGE)
+    loaded = {name.rpartition('.')[0] for name in LOADED_MODULES}
+    assert loaded == {f'{ros}.{folder}' for folder in ('start', 'plant', 'velocity', 'position', 'cart')}
+
+
+def test_formulas_stand_below_all_that_uses_them(graph):
     below = {'quantities', 'angles', 'elementary', 'jit', 'system', 'parameters', 'topics', 'trees'}
     assert set().union(*(graph[name] for name in ('model', 'control', 'reference', 'messages'))) <= below | {'model'}
 
@@ -88,8 +96,7 @@ def test_ros_and_heavy_libraries_are_imported_where_they_belong(imported):
 
 @pytest.mark.parametrize(('modules', 'absent'), [
     (['', '.runs.simulation', '.testing'], ROS | HEAVY), (['.runs.run', '.runs.samples'], ROS | HEAVY - {'numpy'}),
-    ([f'.ros.nodes.{node}' for node in ('plant', 'velocity_controller', 'position_controller', 'reference_cart')],
-     HEAVY - {'numpy'} | {'rosbags', 'tqdm'}),
+    ([name.removeprefix(PACKAGE.name) for name in LOADED_MODULES], HEAVY - {'numpy'} | {'rosbags', 'tqdm'}),
 ])
 def test_nodes_and_simulate_import_no_heavy_module(modules, absent):
     """None of these is imported, directly or indirectly."""

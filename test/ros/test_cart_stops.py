@@ -19,11 +19,11 @@ from std_msgs.msg import String
 from mobile_robot_control.messages.writing import path_message, planar_quaternion
 from mobile_robot_control.quantities import BodyVelocity, Pose
 from mobile_robot_control.reference.localisation import composed
-from mobile_robot_control.ros import clock
-from mobile_robot_control.ros.nodes import cart_paths, reference_cart
-from mobile_robot_control.ros.nodes.reference_cart import ReferenceCart
-from mobile_robot_control.ros.path_planning import answer, planned
-from mobile_robot_control.ros.stamp_policy import Inputs
+from mobile_robot_control.ros.cart import cart_paths, reference_cart
+from mobile_robot_control.ros.cart.path_planning import answer, planned
+from mobile_robot_control.ros.cart.reference_cart import ReferenceCart
+from mobile_robot_control.ros.shared import clock
+from mobile_robot_control.ros.shared.stamp_policy import Inputs
 from mobile_robot_control.topics import CORRECTION
 
 TICK = 0.02

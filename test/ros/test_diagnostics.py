@@ -11,7 +11,7 @@ from helpers.harness import CONFIG, Robots
 from nav_msgs.msg import Odometry
 from rclpy.duration import Duration
 
-from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.ros.shared.qos import PUBLISHED
 from mobile_robot_control.settings.nodes import NODES
 
 WALL_CLOCK = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'peer_timeout:=1.0']

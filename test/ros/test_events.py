@@ -13,8 +13,8 @@ from nav_msgs.msg import Path
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
-from mobile_robot_control.ros.qos import LATCHED
-from mobile_robot_control.ros.run_events import KEPT
+from mobile_robot_control.ros.shared.qos import LATCHED
+from mobile_robot_control.ros.shared.run_events import KEPT
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load

@@ -20,10 +20,10 @@ from nav_msgs.msg import Odometry
 
 from mobile_robot_control.messages import parsing
 from mobile_robot_control.quantities import LARGEST
-from mobile_robot_control.ros import inputs as input_validation
-from mobile_robot_control.ros import questions
-from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
-from mobile_robot_control.ros.stamp_policy import (
+from mobile_robot_control.ros.plant import questions
+from mobile_robot_control.ros.shared import inputs as input_validation
+from mobile_robot_control.ros.shared.qos import PUBLISHED, SUBSCRIBED
+from mobile_robot_control.ros.shared.stamp_policy import (
     AnswerStampPolicy,
     LockstepStampPolicy,
     StampDecision,

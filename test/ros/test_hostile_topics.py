@@ -17,8 +17,8 @@ from std_msgs.msg import String
 
 from mobile_robot_control.experiment import recorder
 from mobile_robot_control.messages.writing import message_class
-from mobile_robot_control.ros.diagnostics import SUBSCRIBERS_KEY
-from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.ros.shared.diagnostics import SUBSCRIBERS_KEY
+from mobile_robot_control.ros.shared.qos import PUBLISHED
 from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.topics import LOOP_TOPICS
 

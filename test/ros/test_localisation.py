@@ -19,7 +19,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from mobile_robot_control.messages.writing import path_message, planar_quaternion
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.localisation import composed, inverse
-from mobile_robot_control.ros.run_events import KEPT
+from mobile_robot_control.ros.shared.run_events import KEPT
 from mobile_robot_control.runs.bag import read_bag
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load

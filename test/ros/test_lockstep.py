@@ -13,7 +13,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
-from mobile_robot_control.ros.qos import LATCHED, PUBLISHED
+from mobile_robot_control.ros.shared.qos import LATCHED, PUBLISHED
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load

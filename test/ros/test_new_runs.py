@@ -8,7 +8,7 @@ from helpers.harness import CONFIG, PERIOD, Robots
 from nav_msgs.msg import Odometry
 from rcl_interfaces.srv import GetParameters
 
-from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.ros.shared.qos import PUBLISHED
 from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.topics import LOOPS
 

@@ -15,8 +15,8 @@ from geometry_msgs.msg import TwistStamped
 
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
 from mobile_robot_control.quantities import BodyVelocity
-from mobile_robot_control.ros import spin
-from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.ros.shared.qos import PUBLISHED
+from mobile_robot_control.ros.start import spin
 
 EXAMPLE = Path(__file__).parents[2] / 'examples' / 'command_filter'
 TIME_CONSTANT = 0.1

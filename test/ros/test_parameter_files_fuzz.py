@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.parameters.declaration import ParameterError, build, flatten
-from mobile_robot_control.ros import spin
-from mobile_robot_control.ros.spin import check_ros_arguments
+from mobile_robot_control.ros.start import loaded, spin
+from mobile_robot_control.ros.start.arguments import check_ros_arguments
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.nodes import NODES
 
@@ -117,7 +117,7 @@ def test_node_and_commands_read_the_same_values_or_refuse_the_file(domain, tmp_p
             assert f'{node}: ' in printed
         else:
             assert code == 0
-            taken = _taken(['--ros-args', '--params-file', str(path)], lambda: spin.make_node(node), DECLARED[node])
+            taken = _taken(['--ros-args', '--params-file', str(path)], loaded.load(node), DECLARED[node])
             assert {name: repr(value) for name, value in taken.items()} == {
                 name: repr(value) for name, value in ours.items()}
 

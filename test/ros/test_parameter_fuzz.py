@@ -12,7 +12,7 @@ from rcl_interfaces.srv import GetParameters, SetParameters, SetParametersAtomic
 from rclpy.parameter import parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 
-from mobile_robot_control.ros.spin import check_ros_arguments
+from mobile_robot_control.ros.start.arguments import check_ros_arguments
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.nodes import NODES

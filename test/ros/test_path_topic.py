@@ -10,7 +10,7 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
 from rclpy.event_handler import PublisherEventCallbacks
 
-from mobile_robot_control.ros.qos import LATCHED
+from mobile_robot_control.ros.shared.qos import LATCHED
 
 TIMING = ['-p', 'curve:=path', '-p', 'timing.max_linear_velocity:=0.5', '-p', 'timing.max_linear_acceleration:=1.0',
           '-p', 'timing.max_lateral_acceleration:=0.5', '-p', 'timing.max_angular_acceleration:=10.0', '-p',

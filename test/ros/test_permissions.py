@@ -128,7 +128,7 @@ def _compare(robots):
     robots.spin_until(seldom(lambda: used('recorder') - usable('recorder') == {('publish', 'else')}))
 
 
-@pytest.mark.parametrize('program', [['ros.executables', 'plant'], ['experiment.command', '--duration', '0.1']])
+@pytest.mark.parametrize('program', [['ros.start.executables', 'plant'], ['experiment.command', '--duration', '0.1']])
 def test_what_cannot_be_secured_does_not_start(domain, tmp_path, program):
     security = {'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Enforce',
                 'ROS_SECURITY_KEYSTORE': str(tmp_path), 'ROS_SECURITY_ENCLAVE_OVERRIDE': '/none'}

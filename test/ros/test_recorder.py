@@ -14,8 +14,8 @@ from std_msgs.msg import Header
 
 from mobile_robot_control.experiment.recorder import NO_LIMIT, Recorder
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.ros.qos import LATCHED
-from mobile_robot_control.ros.spin import make_executor
+from mobile_robot_control.ros.shared.qos import LATCHED
+from mobile_robot_control.ros.start.spin import make_executor
 from mobile_robot_control.topics import LOOPS
 
 

@@ -9,8 +9,8 @@ import pytest
 from helpers.harness import CONFIG, run_command
 
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.ros import spin
-from mobile_robot_control.ros.spin import check_ros_arguments
+from mobile_robot_control.ros.start import spin
+from mobile_robot_control.ros.start.arguments import check_ros_arguments
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 
@@ -110,7 +110,7 @@ def test_the_placement_of_an_earlier_file_does_not_count_on_a_path_and_beside_th
 
 
 @pytest.mark.parametrize(('program', 'words'), [
-    (['ros.executables', 'plant', '--ros-args', '-p', 'robot.mass:=0.0'], ['robot.mass = 0.0']),
+    (['ros.start.executables', 'plant', '--ros-args', '-p', 'robot.mass:=0.0'], ['robot.mass = 0.0']),
     (['runs.simulation', '--duration', '1', '-p', '/**.robot.mass:=0.0'], ['robot.mass = 0.0']),
     (['runs.simulation'], ['usage', 'duration']),
     (['runs.simulation', '--duration', '1', '--output', '{folder}/file/run'], ['file']),

@@ -17,7 +17,7 @@ from nav_msgs.msg import Path
 from mobile_robot_control.messages.parsing import serialised_stamp
 from mobile_robot_control.messages.writing import path_message
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.ros.run_events import KEPT
+from mobile_robot_control.ros.shared.run_events import KEPT
 from mobile_robot_control.runs.bag import read_bag
 from mobile_robot_control.topics import LOOPS
 

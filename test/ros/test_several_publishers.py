@@ -18,7 +18,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
-from mobile_robot_control.ros.qos import PUBLISHED, SUBSCRIBED
+from mobile_robot_control.ros.shared.qos import PUBLISHED, SUBSCRIBED
 
 BEST_EFFORT = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
 WALL_CLOCK = ['--params-file', str(CONFIG / 'wall_clock.yaml')]

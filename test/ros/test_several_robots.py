@@ -13,7 +13,7 @@ from nav_msgs.msg import Odometry
 
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.messages.parsing import serialised_stamp
-from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.ros.shared.qos import PUBLISHED
 from mobile_robot_control.settings.files import parameter_file_text
 
 FAST = ['-p', 'duration:=1.0', '-p', 'real_time_factor:=0.0', '-p', 'paused:=true', '-p',

@@ -42,7 +42,8 @@ def _signal_a_node(folder, moment):
     try:
         for name in NODES if moment.delay > 0.5 else [moment.target]:
             processes[name] = subprocess.Popen(
-                [sys.executable, '-m', 'mobile_robot_control.ros.executables', name, '--ros-args', *map(str, run)],
+                [sys.executable, '-m', 'mobile_robot_control.ros.start.executables', name, '--ros-args',
+                 *map(str, run)],
                 stdin=subprocess.PIPE, stdout=(folder / f'{name}.log').open('wb'), stderr=subprocess.STDOUT)
         wait_until(lambda: all(catches_sigterm(process.pid) for process in processes.values()))
         time.sleep(moment.delay)

@@ -10,7 +10,7 @@ from helpers.harness import CONFIG
 from nav_msgs.msg import Odometry
 
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
-from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.ros.shared.qos import PUBLISHED
 
 APPROACH = 0.2
 """[m/s]: so slow that nodes, which report once a second, report it."""

@@ -18,7 +18,7 @@ from helpers.watching import Timeline, first_below, settled_below
 from rclpy.duration import Duration
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.ros.qos import PUBLISHED
+from mobile_robot_control.ros.shared.qos import PUBLISHED
 from mobile_robot_control.settings.nodes import NODES
 from mobile_robot_control.topics import WHEEL_JOINTS
 

@@ -11,7 +11,7 @@ from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
 from mobile_robot_control.dashboard.parameter_book import ParameterBook, described_entry, known_entries, plain_value
 from mobile_robot_control.dashboard.service_calls import NoAnswerError
 from mobile_robot_control.parameters.declaration import declarations
-from mobile_robot_control.ros.parameters import declare
+from mobile_robot_control.ros.shared.parameters import declare
 from mobile_robot_control.settings.nodes import NODES
 
 TYPES = {bool: 1, int: 2, float: 3, str: 4, list: 8}

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from mobile_robot_control.messages import parsing
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse
 from mobile_robot_control.messages.topic_forms import Conventions, reader
-from mobile_robot_control.ros.conversions import bytes_reader
+from mobile_robot_control.ros.shared.conversions import bytes_reader
 from mobile_robot_control.runs.columns import READ
 from mobile_robot_control.topics import TOPICS
 

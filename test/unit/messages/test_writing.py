@@ -23,7 +23,7 @@ from mobile_robot_control.quantities import (
     WheelTorque,
     WheelVelocity,
 )
-from mobile_robot_control.ros.conversions import bytes_reader
+from mobile_robot_control.ros.shared.conversions import bytes_reader
 from mobile_robot_control.topics import ALL_LOOP_TOPICS
 
 STAMP = 12_345_678_901

@@ -7,7 +7,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.parameters.rcl_yaml import as_rcl, dump_yaml, parse_yaml
-from mobile_robot_control.ros.spin import check_ros_arguments
+from mobile_robot_control.ros.start.arguments import check_ros_arguments
 from mobile_robot_control.settings.files import load, read_override
 
 WORDS = ['y', 'N', 'yes', 'off', 'tRue', '~', 'null', 'a text', '.', '2001-01-01', '=', '<<']

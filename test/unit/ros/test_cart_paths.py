@@ -16,12 +16,11 @@ from rclpy.serialization import serialize_message
 from mobile_robot_control.messages.parsing import has_no_poses
 from mobile_robot_control.messages.writing import path_message
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.ros import planning_process
-from mobile_robot_control.ros.cart_course import CartCourse
-from mobile_robot_control.ros.nodes import cart_paths
-from mobile_robot_control.ros.nodes.cart_paths import WallClockPaths
-from mobile_robot_control.ros.path_planning import answer
-from mobile_robot_control.ros.planning_process import PlanningProcess
+from mobile_robot_control.ros.cart import cart_paths, planning_process
+from mobile_robot_control.ros.cart.cart_course import CartCourse
+from mobile_robot_control.ros.cart.cart_paths import WallClockPaths
+from mobile_robot_control.ros.cart.path_planning import answer
+from mobile_robot_control.ros.cart.planning_process import PlanningProcess
 from mobile_robot_control.settings.nodes import ReferenceCartParameters
 
 TICK = 0.01

@@ -7,7 +7,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
-from mobile_robot_control.ros.cart_time import CartWait
+from mobile_robot_control.ros.cart.cart_time import CartWait
 
 
 class Cart:

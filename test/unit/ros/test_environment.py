@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.ros.process import check_environment
+from mobile_robot_control.ros.shared.process import check_environment
 
 
 @pytest.fixture(autouse=True)
@@ -93,7 +93,7 @@ def test_a_node_for_which_ros_cannot_be_loaded_ends_with_exit_code_1_and_one_lin
 
 
 def _start_plant(code):
-    done = subprocess.run([sys.executable, '-m', 'mobile_robot_control.ros.executables', 'plant'],
+    done = subprocess.run([sys.executable, '-m', 'mobile_robot_control.ros.start.executables', 'plant'],
                           capture_output=True, text=True, timeout=50, check=False, stdin=subprocess.DEVNULL)
     line, = done.stderr.splitlines()
     assert done.returncode == code

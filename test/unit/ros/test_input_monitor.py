@@ -6,10 +6,10 @@ import types
 
 import pytest
 
-from mobile_robot_control.ros import inputs as input_monitor
-from mobile_robot_control.ros import inputs as input_validation
-from mobile_robot_control.ros.inputs import InputMonitor, InputValidator
-from mobile_robot_control.ros.stamp_policy import LockstepStampPolicy
+from mobile_robot_control.ros.shared import inputs as input_monitor
+from mobile_robot_control.ros.shared import inputs as input_validation
+from mobile_robot_control.ros.shared.inputs import InputMonitor, InputValidator
+from mobile_robot_control.ros.shared.stamp_policy import LockstepStampPolicy
 
 
 @pytest.fixture

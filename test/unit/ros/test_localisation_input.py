@@ -7,8 +7,8 @@ import pytest
 from geometry_msgs.msg import TransformStamped
 from rclpy.serialization import serialize_message
 
-from mobile_robot_control.ros import localisation
-from mobile_robot_control.ros.localisation import LocalisationInput
+from mobile_robot_control.ros.shared import localisation
+from mobile_robot_control.ros.shared.localisation import LocalisationInput
 from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import CORRECTION
 

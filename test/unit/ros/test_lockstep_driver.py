@@ -4,10 +4,10 @@ import types
 
 import pytest
 
-from mobile_robot_control.ros import lockstep
-from mobile_robot_control.ros.inputs import ValidInput
-from mobile_robot_control.ros.lockstep import LockstepDriver
-from mobile_robot_control.ros.stamp_policy import Input, StampDecision
+from mobile_robot_control.ros.shared import lockstep
+from mobile_robot_control.ros.shared.inputs import ValidInput
+from mobile_robot_control.ros.shared.lockstep import LockstepDriver
+from mobile_robot_control.ros.shared.stamp_policy import Input, StampDecision
 
 D, P = 2, 10
 POSITION = {'odom': P, 'reference': P}

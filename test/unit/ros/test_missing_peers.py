@@ -2,8 +2,8 @@
 
 import types
 
-from mobile_robot_control.ros import peers
-from mobile_robot_control.ros.peers import PublisherWatch, StallDetector
+from mobile_robot_control.ros.shared import peers
+from mobile_robot_control.ros.shared.peers import PublisherWatch, StallDetector
 from mobile_robot_control.topics import LOOP_TOPICS, LOOPS
 
 

@@ -9,8 +9,8 @@ import types
 import pytest
 
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, Reference
-from mobile_robot_control.ros.nodes.plant import make_broadcaster
-from mobile_robot_control.ros.odometry import OdomAge, OdomTwist, WallClockOdomAge, contradicts
+from mobile_robot_control.ros.plant.plant import make_broadcaster
+from mobile_robot_control.ros.position.odometry import OdomAge, OdomTwist, WallClockOdomAge, contradicts
 from mobile_robot_control.settings.shared import Shared
 
 MS = 1_000_000

@@ -4,10 +4,10 @@ import types
 
 import pytest
 
-from mobile_robot_control.ros import questions
-from mobile_robot_control.ros.inputs import ValidInput
-from mobile_robot_control.ros.questions import LockstepRunControl, QuestionDriver
-from mobile_robot_control.ros.stamp_policy import StampDecision
+from mobile_robot_control.ros.plant import questions
+from mobile_robot_control.ros.plant.questions import LockstepRunControl, QuestionDriver
+from mobile_robot_control.ros.shared.inputs import ValidInput
+from mobile_robot_control.ros.shared.stamp_policy import StampDecision
 from mobile_robot_control.settings.nodes import PlantParameters
 
 D, P = 2_000_000, 10_000_000

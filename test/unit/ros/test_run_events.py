@@ -3,7 +3,7 @@
 import json
 
 from mobile_robot_control.messages.parsing import stamp_nanoseconds
-from mobile_robot_control.ros.run_events import RunEvents
+from mobile_robot_control.ros.shared.run_events import RunEvents
 
 
 class Still:

@@ -8,7 +8,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from mobile_robot_control.control.limits import allowed_distance
-from mobile_robot_control.ros.safety_stop import SafetyStop, refuse_to_stop
+from mobile_robot_control.ros.position.safety_stop import SafetyStop, refuse_to_stop
 
 BY_CALL = 'by a call of stop; call release to drive on'
 

@@ -4,7 +4,7 @@ import types
 
 import pytest
 
-from mobile_robot_control.ros import spin
+from mobile_robot_control.ros.start import spin
 
 
 @pytest.mark.parametrize('error', [ValueError('of a callback'), SystemExit(3), KeyboardInterrupt()], ids=repr)

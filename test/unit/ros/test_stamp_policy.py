@@ -4,8 +4,8 @@ import types
 
 import pytest
 
-from mobile_robot_control.ros.questions import LockstepPacer
-from mobile_robot_control.ros.stamp_policy import (
+from mobile_robot_control.ros.plant.questions import LockstepPacer
+from mobile_robot_control.ros.shared.stamp_policy import (
     AnswerStampPolicy,
     LockstepStampPolicy,
     StampDecision,

@@ -4,9 +4,9 @@ import types
 
 import pytest
 
-from mobile_robot_control.ros.inputs import ValidInput
-from mobile_robot_control.ros.stamp_policy import Input, StampDecision
-from mobile_robot_control.ros.wall_clock import WallClockDriver
+from mobile_robot_control.ros.shared.inputs import ValidInput
+from mobile_robot_control.ros.shared.stamp_policy import Input, StampDecision
+from mobile_robot_control.ros.shared.wall_clock import WallClockDriver
 
 INPUTS = {
     'wheels': Input(None, 0, lambda values: values.longest),

@@ -3,7 +3,7 @@
 import pytest
 
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.ros.spin import check_ros_arguments
+from mobile_robot_control.ros.start.arguments import check_ros_arguments
 from mobile_robot_control.settings.files import (
     addressed_nodes,
     full_names,

@@ -16,7 +16,7 @@ from mobile_robot_control.experiment import command as experiment
 START = """
 import ctypes, subprocess, time
 from mobile_robot_control.system.supervisor import Supervisor
-from mobile_robot_control.ros.process import Stop
+from mobile_robot_control.ros.shared.process import Stop
 stop = Stop()
 node = subprocess.Popen(['sleep', '100'], stdin=subprocess.PIPE, stderr=-3)
 with Supervisor({seconds}, {grace}) as supervisor:
@@ -130,7 +130,7 @@ def test_a_process_that_hangs_while_it_ends_keeps_its_exit_code_as_one_that_does
 # the globals of a module are deleted after Python has restored the signals' defaults
 LATE = """
 import os, signal
-from mobile_robot_control.ros.process import Stop
+from mobile_robot_control.ros.shared.process import Stop
 Stop()
 class Late:
     def __del__(self, kill=os.kill, process=os.getpid(), number=signal.{}):

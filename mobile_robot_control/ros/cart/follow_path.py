@@ -1,0 +1,175 @@
+"""The action `follow_path` of Nav2, served by the reference cart: a goal is a path, its end a result."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.node import Node
+from rclpy.serialization import serialize_message
+from rclpy.task import Future
+
+from mobile_robot_control.quantities import Pose, Reference
+from mobile_robot_control.reference.goal import GoalParameters, is_reached
+from mobile_robot_control.topics import FOLLOW
+
+if TYPE_CHECKING:
+    from mobile_robot_control.ros.cart.path_planning import PathAnswer
+
+LOOK = 0.2
+"""[s] from one look and feedback to the next."""
+
+
+class View(NamedTuple):
+    """
+    What a tick shows of cart and robot.
+
+    Attributes
+    ----------
+    robot : Pose
+        Of the robot.
+    cart : Reference
+        Of the cart.
+    end : Pose or None
+        Of the course; None while the cart drives on it.
+    left : float
+        Along the course [m].
+    why : str
+        Reason of a wait; '' without one.
+
+    """
+
+    robot: Pose
+    cart: Reference
+    end: Pose | None
+    left: float
+    why: str
+
+
+class _Goal:
+    """A goal: asked of the cart, driven, and at last done; `since` is the time of the last progress [s]."""
+
+    def __init__(self, handle: Any, future: Any) -> None:
+        self.handle, self.future = handle, future
+        self.is_driven = self.is_stopping = False
+        self.since: float | None = None
+        self.looked, self.left = -LOOK, float('inf')
+
+
+class FollowPath:
+    """
+    Drives the cart along the path of the newest goal; an older one is aborted, as in Nav2.
+
+    Parameters
+    ----------
+    node : Node
+        The cart.
+    kind : type
+        Of the action.
+    lead : callable
+        Takes a serialised path, which the cart answers; returns why it is refused, '' if it is not.
+    drop : callable
+        Drops the messages of a topic, or of all without one, that do not act yet.
+    stop : callable
+        Stops the cart on its path.
+
+    """
+
+    def __init__(
+        self, node: Node, kind: Any, lead: Callable[[bytes], str], drop: Callable[..., None], stop: Callable[[], None]
+    ) -> None:
+        self._kind, self._lead, self._drop, self._stop = kind, lead, drop, stop
+        self._goal: _Goal | None = None
+        self._node = node
+        self._server: Any = ActionServer(
+            node, kind, FOLLOW, self._execute, goal_callback=lambda _: GoalResponse.ACCEPT,
+            cancel_callback=lambda _: CancelResponse.ACCEPT)
+
+    async def _execute(self, handle: Any) -> Any:
+        self._end('UNKNOWN', 'another goal has taken its place')
+        goal = self._goal = _Goal(handle, Future())
+        self._drop()
+        refusal = (self._lead(serialize_message(handle.request.path)) if handle.request.path.poses else
+                   'the path has no poses: the cart stops')
+        if refusal:
+            self._end('INVALID_PATH', refusal)
+            self._stop()
+        return await goal.future
+
+    def _end(self, code: str, why: str) -> None:
+        """End the goal: with a code of the result if it failed, canceled where that was asked, else reached."""
+        goal, self._goal = self._goal, None
+        if goal is None:
+            return
+        self._drop(FOLLOW)
+        result = self._kind.Result()
+        if code == 'NONE':
+            goal.handle.succeed()
+        elif code == 'CANCELED':
+            goal.handle.canceled()
+        else:
+            goal.handle.abort()
+            # the numbers of the constants differ between versions, and so do their names
+            result.error_code = getattr(self._kind.Result, code, getattr(self._kind.Result, 'UNKNOWN', 0))
+            self._node.get_logger().warning(f'the goal of {FOLLOW} is aborted: {why}')
+        if hasattr(result, 'error_msg'):
+            result.error_msg = why
+        goal.future.set_result(result)
+
+    def forget(self) -> None:
+        """Abort the goal of a run that is over."""
+        if self._goal is not None and self._goal.is_driven:
+            self._end('UNKNOWN', 'a new run begins')
+
+    def note(self, answer: PathAnswer) -> None:
+        """Note the cart's answer to a path or a goal, of this action or of others."""
+        goal = self._goal
+        if goal is None or answer.correction is not None or goal.is_stopping:
+            return
+        if answer.topic == FOLLOW:
+            if not (answer.points or answer.refusal):
+                return  # the stop of an earlier goal
+            if answer.refusal:
+                self._end('INVALID_PATH', ': '.join(answer.refusal))
+                if answer.goes_on:
+                    self._stop()
+            goal.is_driven = True
+        elif answer.stops or not (answer.refusal or (answer.goes_on and goal.is_driven)):
+            self._end('UNKNOWN', f'a message on {answer.topic} has taken its place')
+
+    def step(self, time: float, look: Callable[[], View], limits: GoalParameters) -> None:
+        """Look after the goal at a time [s], in lockstep at ticks; on the wall clock also while no odometry comes."""
+        goal = self._goal
+        if goal is None:
+            return
+        if goal.is_stopping:
+            view = look()
+            if view.end is not None and not any(view.cart.velocity):
+                self._end('CANCELED', 'canceled')
+            return
+        if goal.handle.is_cancel_requested:
+            goal.is_stopping = True
+            self._stop()
+            return
+        if time - goal.looked < LOOK:
+            return
+        goal.looked, view = time, look()
+        if goal.is_driven:
+            goal.handle.publish_feedback(self._feedback(view))
+            if view.end is not None and is_reached(view.robot, view.end, limits):
+                self._end('NONE', '')
+                return
+        if goal.since is None or (goal.is_driven and view.left < goal.left - limits.position_tolerance):
+            goal.since, goal.left = time, view.left if goal.is_driven else goal.left
+        elif limits.timeout > 0.0 and time - goal.since > limits.timeout:
+            why = view.why or 'the robot is not at the end of the path'
+            self._end('FAILED_TO_MAKE_PROGRESS', f'no progress for goal.timeout = {limits.timeout:g} s: {why}')
+            self._stop()
+
+    def _feedback(self, view: View) -> Any:
+        feedback = self._kind.Feedback()
+        for name, value in (('distance_to_goal', view.left), ('speed', abs(view.cart.velocity.linear))):
+            if hasattr(feedback, name):
+                setattr(feedback, name, value)
+        return feedback

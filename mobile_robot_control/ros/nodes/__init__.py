@@ -1,1 +1,0 @@
-"""The nodes: the steps of each, and its outputs."""

@@ -1,0 +1,1 @@
+"""The node `plant`: the simulated robot, its questions and disturbances."""

@@ -1,0 +1,1 @@
+"""The node `position_controller`, its guard, stops, and the judgement of odometry."""

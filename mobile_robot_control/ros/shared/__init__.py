@@ -1,0 +1,1 @@
+"""What every node of the loop has: drivers, inputs, quality of service, clock, diagnostics, parameters, events."""

@@ -1,0 +1,304 @@
+"""The shared parts of all nodes of the loop: checked parameters, tables of topics, a driver, events, diagnostics."""
+
+from __future__ import annotations  # rclpy's classes are generic from kilted on
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from types import MappingProxyType
+from typing import Any, Generic, Protocol, TypeVar
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+
+from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.quantities import period_nanoseconds
+from mobile_robot_control.ros.shared.clock import RobotClock, SteadyClock, refuse_negative_time
+from mobile_robot_control.ros.shared.conversions import PLAIN, stamped_on_receipt, writer
+from mobile_robot_control.ros.shared.diagnostics import Condition, Diagnostics, OverrunCounter
+from mobile_robot_control.ros.shared.inputs import InputMonitor, InputValidator
+from mobile_robot_control.ros.shared.lockstep import LockstepDriver, Outputs
+from mobile_robot_control.ros.shared.parameters import CheckedParameterService, declare
+from mobile_robot_control.ros.shared.peers import PublisherWatch
+from mobile_robot_control.ros.shared.qos import SENSORS, SUBSCRIBED, flush, publish_on, subscribe_to
+from mobile_robot_control.ros.shared.run_events import RunEvents
+from mobile_robot_control.ros.shared.stamp_policy import Input, Inputs, StampDecision
+from mobile_robot_control.ros.shared.wall_clock import FixedRateTimer, WallClockDriver
+from mobile_robot_control.settings.nodes import with_options
+from mobile_robot_control.settings.shared import Shared
+from mobile_robot_control.topics import (
+    ALL_LOOP_TOPICS,
+    LOOPS,
+    MEASURED_TOPICS,
+    OTHER_INPUTS,
+    OTHER_TOPICS,
+    RECORDED_TOPICS,
+    LoopGraph,
+)
+
+
+class _NodeParameters(Protocol):
+    @property
+    def shared(self) -> Shared:
+        """Parameters shared by all four nodes."""
+
+
+NodeGroup = TypeVar('NodeGroup', bound=_NodeParameters)
+
+
+class LoopNode(Node, Generic[NodeGroup]):
+    """
+    A node of the loop.
+
+    A subclass connects its topics in its constructor, and calls `_start` at the end of it. A driver, of lockstep or of
+    the wall clock, then calls `begin`, `step`, `rest` and `publish`.
+
+    Parameters
+    ----------
+    name : str
+        Of the node.
+    group : type
+        The NamedTuple that declares its parameters.
+    overrides : mapping of str to object
+        Values that replace the initial ones.
+
+    Attributes
+    ----------
+    exit_code : int or None
+        Set when the node ends by itself; None before.
+    parameters : NodeGroup
+        The present parameters.
+
+    """
+
+    exit_code: int | None = None
+    _has_run = False
+    _saturated = False
+
+    def __init__(
+        self, name: str, group: type[NodeGroup], overrides: Mapping[str, Any] = MappingProxyType({})
+    ) -> None:
+        super().__init__(name, start_parameter_services=False)
+        self._own_name = name  # whatever it is renamed to
+        self._check_topics()
+        self.parameters = self._changed = declare(self, group, overrides)
+        self._shared = self.parameters.shared
+        self._period, self._position_period = map(
+            period_nanoseconds, (self._shared.velocity_rate, self._shared.position_rate))
+        self._loop = self._loop_graph()
+        self._driver: Any = None
+        self._pace: OverrunCounter | None = None
+        lockstep = self._shared.lockstep
+        self._robot_clock = SteadyClock(self) if lockstep else RobotClock(self, self._begin_anew_in_time)
+        # on the wall clock mostly a robot's driver or another simulator
+        sources = {topic: f'the base ({topic})' if source == 'plant' and not lockstep else source
+                   for topic, source in self._monitored().items()}
+        self._monitor = InputMonitor(self, sources, self._shared.peer_timeout, self._robot_clock)
+        self._validator = InputValidator(self, self._monitor, self._shared.peer_timeout)
+        refuse_negative_time(self, self._validator.note_refusal)
+        watched = {topic: self._kind(topic) for topic in self._loop.topics_of(name)} | {
+            topic: '' for topic, nodes in OTHER_INPUTS.items() if name in nodes}
+        self._watch = PublisherWatch(
+            self, watched, self._loop.listeners_of(name) if lockstep else {}, self._shared.peer_timeout)
+        self._events = RunEvents(self)
+        self._askers: dict[str, set[bytes]] = {}
+        self._outputs: list[tuple[str, Publisher[Any], Callable[[int, Any], bytes]]] = []
+
+    def _connect(self, inputs: Mapping[str, Input], outputs: Iterable[str], rate: float) -> None:
+        """Make driver, publishers and subscriptions for a rate [Hz]; the first input is the question in lockstep."""
+        self._driver = self._make_driver(inputs, rate)
+        for topic in outputs:
+            self._outputs.append((topic, self._publish_on(topic), self._writer(topic)))
+        for topic, one in inputs.items():
+            self._subscribe(topic, one)
+
+    def _make_driver(self, inputs: Mapping[str, Input], rate: float) -> Any:
+        if self._shared.lockstep:
+            return LockstepDriver(self, inputs, 1.0 / rate, self._position_period)
+        driver = WallClockDriver(
+            self, inputs, rate, self.get_clock(), self._shared.stamp_tolerance, self._monitor.age)
+        self._pace = FixedRateTimer(self._robot_clock, rate, driver.tick)
+        return driver
+
+    def _writer(self, topic: str) -> Callable[[int, Any], bytes]:
+        return writer(topic, self._shared)
+
+    def _publish_on(self, topic: str) -> Publisher[Any]:
+        """Make a publisher on a loop topic."""
+        return publish_on(self, topic, self._kind(topic), event_callbacks=PublisherEventCallbacks(
+            incompatible_qos=partial(self._watch.note_unfit, topic, 'subscription')))
+
+    def _subscribe(self, topic: str, one: Input) -> None:
+        """Subscribe to a loop topic; on the wall clock, measurements of robots also from best-effort publishers."""
+        validate, take, policy = self._validator.validate, self._driver.take, self._driver.policy(topic)
+
+        def receive(message: bytes) -> None:
+            valid = validate(topic, message, one.read, policy)
+            if valid is not None:
+                take(topic, valid)
+
+        kind = self._kind(topic)
+        quality = SENSORS if topic in MEASURED_TOPICS and not self._shared.lockstep else SUBSCRIBED
+        subscribe_to(
+            self, topic, stamped_on_receipt(self._validator, self._clock_stamp, receive) if kind == PLAIN else receive,
+            quality, kind, event_callbacks=SubscriptionEventCallbacks(
+                incompatible_qos=partial(self._watch.note_unfit, topic, 'publisher')))
+
+    def _kind(self, topic: str) -> str:
+        kind = {**RECORDED_TOPICS, **self._loop.topics}[topic].kind
+        return PLAIN if kind == LOOPS['torque'].topics['cmd_vel'].kind and not self._shared.stamped_cmd_vel else kind
+
+    def _start(self) -> None:
+        """Start the parameter services and the diagnostics."""
+        self._diagnostics = Diagnostics(
+            self, self._validator, self._monitor, self._watch, self._pace, self._condition, self._running)
+        CheckedParameterService(self, type(self.parameters), self._apply, self._refusals)
+        self.get_logger().info(f'waiting for {", ".join(self._awaited())}')
+
+    def _check_topics(self) -> None:
+        """Raise ParameterError if remapping gives two topics one name."""
+        names: dict[str, list[str]] = {}
+        for topic in {**ALL_LOOP_TOPICS, **OTHER_TOPICS, **OTHER_INPUTS}:
+            names.setdefault(self.resolve_topic_name(topic), []).append(topic)
+        violations = [f"{' and '.join(topics)} would be the same topic, '{name}'; change the remapping (-r) of one"
+                         for name, topics in names.items() if len(topics) > 1]
+        if violations:
+            raise ParameterError(violations)
+
+    # the interface to a driver, in the order of a run
+
+    def note_run(self, decision: StampDecision, stamp: int = 0) -> None:
+        """Log a run that begins, restarts or is joined at a stamp [ns]."""
+        if decision is StampDecision.JOIN:
+            self.get_logger().info(f'joined a run under way at t = {stamp / 1e9:g} s')
+        else:
+            self.get_logger().info('a new run begins' if self._has_run else 'a run begins')
+            self._events.begin_run(self._has_run)
+        self._has_run = True
+        self._askers = {topic: self._watch.endpoints(topic) for topic, source in self._monitor.sources.items()
+                        if source == 'plant'}
+
+    def note_other_start(self, topic: str) -> None:
+        """Count a question of stamp 0 that the same plant repeats with other numbers; another plant may."""
+        if topic in self._askers and self._askers[topic] == self._watch.endpoints(topic):
+            self._validator.note_other_numbers(topic, 0)
+
+    def begin(self, inputs: Inputs, joins: bool) -> None:
+        """Begin a run with the inputs of its first step, or join one under way."""
+
+    def take_changes(self) -> None:
+        """Apply live changes of parameters from the next step on."""
+        self.parameters = self._changed
+
+    def step(self, inputs: Inputs, dt: float) -> Outputs:
+        """Step by a period [s]; return the outputs by topic."""
+        raise NotImplementedError
+
+    def publish(self, stamp: int, outputs: Outputs) -> None:
+        """Publish outputs with a stamp [ns]."""
+        for topic, publisher, write in self._outputs:
+            if topic in outputs:
+                message = write(stamp, outputs[topic])
+                publisher.publish(message)
+                self.note_sent(topic, message)
+
+    def note_sent(self, topic: str, message: bytes) -> None:
+        """Note a message that was published."""
+
+    def note_step(self, stamp: int) -> None:
+        """Note a step with a stamp [ns], and publish the changes that act from there on."""
+        self._diagnostics.note_step(self._saturated)
+        if self._events.pending and self.parameters is self._changed:
+            self._events.publish_pending(stamp)
+
+    # on the wall clock alone
+
+    def receive(self, _topic: str, _stamp: int, value: Any) -> Any:
+        """Receive an input; return its content for the steps."""
+        return value
+
+    def is_held(self) -> bool:
+        """Return whether the robot must stand, whatever the inputs are."""
+        return False
+
+    def resume(self) -> None:
+        """Resume after a rest."""
+
+    def rest(self) -> Outputs:
+        """Forget states that must not outlast a rest; return the outputs that stop the robot."""
+        return {}
+
+    def note_stop(self, *topics: str) -> None:
+        """Note that the robot stands because of silent inputs."""
+        self._diagnostics.note_stop(*topics)
+
+    def forget(self) -> None:
+        """Forget the states of a run after a jump back of simulated time."""
+
+    def _begin_anew_in_time(self) -> None:
+        self.get_logger().warning('/clock has jumped back: a new run begins with the next inputs')
+        self._monitor.forget()
+        self._driver.begin_anew()
+
+    def _awaited(self) -> list[str]:
+        """Return the inputs that the node awaits before a run begins."""
+        return [f'{topic} from {source}' for topic, source in self._monitor.sources.items()]
+
+    def _reached(self) -> int | None:
+        """Return the newest simulated time [ns], if there is one."""
+        reached: int | None = self._driver.accepted
+        return reached
+
+    def _loop_graph(self) -> LoopGraph:
+        """Return the node's loop; all nodes but the plant have the same topics in each."""
+        return with_options(LOOPS['torque'], self._shared)
+
+    def _monitored(self) -> dict[str, str]:
+        """Return the input topics whose silence is reported, each with its publisher."""
+        return self._loop.inputs_of(self._own_name)
+
+    def _condition(self) -> Condition | None:
+        """Return a condition known only to the node itself, or None."""
+        return None
+
+    def _running(self) -> str:
+        """Return the state of a node that steps, in a word."""
+        return 'running'
+
+    def _last_condition(self) -> Condition:
+        """Return the condition in the last diagnostics."""
+        return Condition(DiagnosticStatus.OK, 'ended')
+
+    def _refusals(self, _values: NodeGroup) -> Iterable[str]:
+        """Return reasons to refuse parameters now."""
+        return ()
+
+    def _waits_for_a_run(self, _changed: Mapping[str, Any]) -> bool:
+        """Return whether changed parameters act from the next run on, and not from the next step."""
+        return False
+
+    def _apply(self, values: NodeGroup, changed: Mapping[str, Any]) -> None:
+        waits = self._waits_for_a_run(changed)
+        self._events.note(changed, waits)
+        self._change(values, waits)
+
+    def _change(self, values: NodeGroup, _waits: bool) -> None:
+        """Apply parameters after a live change."""
+        self.parameters = self._changed = values
+
+    def read_again(self) -> None:
+        """Read the files of loaded code again."""
+
+    def _clock_stamp(self) -> int:
+        """Return the present stamp of the wall clock [ns]."""
+        return int(self.get_clock().now().nanoseconds)
+
+    def close(self) -> None:
+        """Stop the robot on the wall clock, publish the last messages, and wait for their arrival."""
+        self._driver.close()
+        self._events.flush()
+        self._diagnostics.end(self._last_condition())
+        reached = self._reached() if self._has_run else None
+        self.get_logger().info('ended' if reached is None else f'ended at t = {reached / 1e9:g} s')
+        flush(*(publisher for _, publisher, _ in self._outputs))

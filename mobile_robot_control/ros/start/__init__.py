@@ -1,0 +1,1 @@
+"""The start of nodes: executables, ROS arguments, signals and the spin loop."""

@@ -1,0 +1,1 @@
+"""The node `velocity_controller`."""
