@@ -10,7 +10,8 @@ from mobile_robot_control.quantities import BodyVelocity, Observation, Pose
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.reference.waiting import begin_waiting, move_cart, slowed
-from mobile_robot_control.ros.position.robot_guard import LawRunner, RobotGuard
+from mobile_robot_control.ros.position.law_runner import LawRunner
+from mobile_robot_control.ros.position.robot_guard import RobotGuard
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 

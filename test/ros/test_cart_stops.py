@@ -19,7 +19,7 @@ from std_msgs.msg import String
 from mobile_robot_control.messages.writing import path_message, planar_quaternion
 from mobile_robot_control.quantities import BodyVelocity, Pose
 from mobile_robot_control.reference.localisation import composed
-from mobile_robot_control.ros.cart import cart_paths, reference_cart
+from mobile_robot_control.ros.cart import cart_paths, modes
 from mobile_robot_control.ros.cart.path_planning import answer, planned
 from mobile_robot_control.ros.cart.reference_cart import ReferenceCart
 from mobile_robot_control.ros.shared import clock
@@ -76,21 +76,21 @@ class Sequence:
         fake = types.SimpleNamespace(monotonic=lambda: self.now, monotonic_ns=lambda: round(self.now * 1e9))
         monkeypatch.setattr(clock, 'time', fake)
         monkeypatch.setattr(cart_paths, 'time', fake)
-        monkeypatch.setattr(reference_cart, 'time', fake)
+        monkeypatch.setattr(modes, 'time', fake)
         self.node = ReferenceCart()
-        self.node._paths._process.close()
-        self.node._paths._process = types.SimpleNamespace(
+        self.node.paths._planning._process.close()
+        self.node.paths._planning._process = types.SimpleNamespace(
             ask=self._ask, drop=self._drop, kill_suspended=lambda: False, close=lambda: None)
         self._planning, self.pose, self.is_stopped = None, Pose(0.5, -0.3, 0.4), False
         self.goals, self.asked, self.ended_at, self._shortest, self.driven = [], None, 0.0, 0.0, 0.0
-        take = self.node._take_path
-        monkeypatch.setattr(self.node, '_take_path', lambda due: self._note(take, due))
+        take = self.node.paths._take
+        monkeypatch.setattr(self.node.paths, '_take', lambda due: self._note(take, due))
         self.node.begin(self._inputs(), False)
 
     def _note(self, take, due):
         shortest = self._shortest_stop()
         take(due)
-        if (due.answer.stops or due.answer.refusal) and not self.node._paths.plans() and self.ended_at is None:
+        if (due.answer.stops or due.answer.refusal) and not self.node.paths.plans() and self.ended_at is None:
             self.ended_at, self._shortest = self.now, shortest
 
     def end(self):
@@ -99,8 +99,8 @@ class Sequence:
 
     def _shortest_stop(self):
         """Return the duration of the shortest stop from now on, as the planner finds it [s]."""
-        now = round(self.node._time.now() * 1e9)
-        stop = answer(self.node._course.question(STOP, now)).planned
+        now = self.node.now
+        stop = answer(self.node.course.question(STOP, now)).planned
         return stop.period if stop else 0.0
 
     def _ask(self, question):
@@ -122,7 +122,7 @@ class Sequence:
             future, question, _ = self._planning
             self._planning = None
             future.set_result(planned(question))
-        self.node._monitor._taken_at['odom'] = self.now
+        self.node.monitor._taken_at['odom'] = self.now
         self.node.receive('odom', 0, (self.pose, BodyVelocity(0.0, 0.0)))
         cart = self.node.step(self._inputs(), TICK)['reference']
         self.node.note_step(round(self.now * 1e9))
@@ -146,7 +146,7 @@ class Sequence:
         away = self._draw.choice([0.0, 0.0, 0.0, 9.0])
         points = [Pose(away, 0.0, 0.0), Pose(away + self._draw.uniform(0.5, 1.0), self._draw.uniform(-0.3, 0.3), 0.0),
                   Pose(away + self._draw.uniform(1.5, 4.0), self._draw.uniform(-0.6, 0.6), 0.0)]
-        return path_message('odom', [composed(self.node._cart.pose, one) for one in points])
+        return path_message('odom', [composed(self.node.reference.pose, one) for one in points])
 
     def act(self):
         """Do something drawn, and go on for a drawn time."""
@@ -159,18 +159,18 @@ class Sequence:
         goal = Goal(self.path() if self._draw.random() < 0.9 else path_message('odom', []))
         self.goals.append(goal)
         self.asked, self.ended_at = goal, None
-        self._running = self.node._goals._execute(goal)
+        self._running = self.node.goals._execute(goal)
         with contextlib.suppress(StopIteration):  # one that is refused at once
             self._running.send(None)
 
     def send_path(self):
         self.asked, self.ended_at = 'path', None
-        self.node._receive_path(serialize_message(self.path()))
+        self.node.paths.receive(serialize_message(self.path()))
 
     def send_stop(self):
         self.asked = None
         self.end()
-        self.node._receive_path(STOP)
+        self.node.paths.receive(STOP)
 
     def cancel(self):
         if self.goals and not self.goals[-1].ended:
@@ -180,11 +180,11 @@ class Sequence:
 
     def stop_robot(self):
         self.is_stopped = True
-        self.node._note_robot(String(data='by a call of stop'))
+        self.node.robot.note_stop(String(data='by a call of stop'))
 
     def release(self):
         self.is_stopped = False
-        self.node._note_robot(String(data=''))
+        self.node.robot.note_stop(String(data=''))
 
 
 @contextlib.contextmanager
@@ -205,12 +205,12 @@ def test_a_standing_cart_takes_the_newest_correction_for_its_next_path(domain, t
         node = cart.node
         # the second one as by "2D Pose Estimate", beside a cart at the end of its path
         for stamp, correction in enumerate([Pose(0.2, 0.1, 0.0), Pose(1.7, -0.4, 0.5)]):
-            node._localisation._receive(CORRECTION, serialize_message(transform('map', 'odom', correction, stamp)))
+            node.corrections._input._receive(CORRECTION, serialize_message(transform('map', 'odom', correction, stamp)))
             cart.drive(1.5)
             before = cart.pose
             ahead = [composed(correction, composed(before, Pose(x, 0.0, 0.0))) for x in (0.0, 0.5, 1.0)]
             cart.asked, cart.ended_at = 'path', None
-            node._receive_path(serialize_message(path_message('map', ahead)))
+            node.paths.receive(serialize_message(path_message('map', ahead)))
             cart.drive(13.0)
             assert composed(correction, cart.pose)[:2] == pytest.approx(ahead[-1][:2], abs=0.01)
         node.destroy_node()

@@ -139,6 +139,12 @@ class LockstepPaths:
             raise RefusedMessageError('too many wait', f'{_MOST} paths wait for their ticks; publish fewer ahead')
         self._waiting[tick if following <= tick <= following + _FAR else following] = Told(topic, message)
 
+    def prepare(self) -> None:
+        """Start nothing: paths are planned in this process."""
+
+    def close(self) -> None:
+        """End nothing."""
+
     def drop(self, topic: str = '') -> None:
         """Keep all messages: those of a goal that has ended act before the stop that ends it."""
 

@@ -3,15 +3,15 @@
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
-from rclpy.node import Node
 from rclpy.serialization import serialize_message
 from rclpy.task import Future
 
-from mobile_robot_control.quantities import Pose, Reference
-from mobile_robot_control.reference.goal import GoalParameters, is_reached
+from mobile_robot_control.quantities import NANOSECONDS
+from mobile_robot_control.reference.goal import is_reached
+from mobile_robot_control.ros.cart.parts import Cart
 from mobile_robot_control.topics import FOLLOW
 
 if TYPE_CHECKING:
@@ -19,32 +19,6 @@ if TYPE_CHECKING:
 
 LOOK = 0.2
 """[s] from one look and feedback to the next."""
-
-
-class View(NamedTuple):
-    """
-    What a tick shows of cart and robot.
-
-    Attributes
-    ----------
-    robot : Pose
-        Of the robot.
-    cart : Reference
-        Of the cart.
-    end : Pose or None
-        Of the course; None while the cart drives on it.
-    left : float
-        Along the course [m].
-    why : str
-        Reason of a wait; '' without one.
-
-    """
-
-    robot: Pose
-    cart: Reference
-    end: Pose | None
-    left: float
-    why: str
 
 
 class _Goal:
@@ -57,44 +31,56 @@ class _Goal:
         self.looked, self.left = -LOOK, float('inf')
 
 
+class NoGoals:
+    """The cart drives a curve, or the type of the action is not installed."""
+
+    are_served = False
+
+    def begin(self) -> None:
+        """Abort nothing."""
+
+    def note(self, answer: PathAnswer) -> None:
+        """Note nothing."""
+
+    def step(self, stamp: int) -> None:
+        """Look after nothing."""
+
+
 class FollowPath:
     """
     Drives the cart along the path of the newest goal; an older one is aborted, as in Nav2.
 
     Parameters
     ----------
-    node : Node
-        The cart.
+    cart : ReferenceCart
+        The node.
     kind : type
         Of the action.
-    lead : callable
-        Takes a serialised path, which the cart answers; returns why it is refused, '' if it is not.
-    drop : callable
-        Drops the messages of a topic, or of all without one, that do not act yet.
-    stop : callable
-        Stops the cart on its path.
+    clock : callable
+        Returns the time of a step with a stamp [ns].
 
     """
 
-    def __init__(
-        self, node: Node, kind: Any, lead: Callable[[bytes], str], drop: Callable[..., None], stop: Callable[[], None]
-    ) -> None:
-        self._kind, self._lead, self._drop, self._stop = kind, lead, drop, stop
+    are_served = True
+
+    def __init__(self, cart: Any, kind: Any, clock: Callable[[int], int]) -> None:
+        self._kind, self._clock = kind, clock
         self._goal: _Goal | None = None
-        self._node = node
+        self._cart: Cart = cart
         self._server: Any = ActionServer(
-            node, kind, FOLLOW, self._execute, goal_callback=lambda _: GoalResponse.ACCEPT,
+            cart, kind, FOLLOW, self._execute, goal_callback=lambda _: GoalResponse.ACCEPT,
             cancel_callback=lambda _: CancelResponse.ACCEPT)
 
     async def _execute(self, handle: Any) -> Any:
         self._end('UNKNOWN', 'another goal has taken its place')
         goal = self._goal = _Goal(handle, Future())
-        self._drop()
-        refusal = (self._lead(serialize_message(handle.request.path)) if handle.request.path.poses else
+        self._cart.paths.drop()
+        path = handle.request.path
+        refusal = (self._cart.paths.receive(serialize_message(path), FOLLOW) if path.poses else
                    'the path has no poses: the cart stops')
         if refusal:
             self._end('INVALID_PATH', refusal)
-            self._stop()
+            self._cart.paths.stop(FOLLOW)
         return await goal.future
 
     def _end(self, code: str, why: str) -> None:
@@ -102,7 +88,7 @@ class FollowPath:
         goal, self._goal = self._goal, None
         if goal is None:
             return
-        self._drop(FOLLOW)
+        self._cart.paths.drop(FOLLOW)
         result = self._kind.Result()
         if code == 'NONE':
             goal.handle.succeed()
@@ -112,12 +98,12 @@ class FollowPath:
             goal.handle.abort()
             # the numbers of the constants differ between versions, and so do their names
             result.error_code = getattr(self._kind.Result, code, getattr(self._kind.Result, 'UNKNOWN', 0))
-            self._node.get_logger().warning(f'the goal of {FOLLOW} is aborted: {why}')
+            self._cart.get_logger().warning(f'the goal of {FOLLOW} is aborted: {why}')
         if hasattr(result, 'error_msg'):
             result.error_msg = why
         goal.future.set_result(result)
 
-    def forget(self) -> None:
+    def begin(self) -> None:
         """Abort the goal of a run that is over."""
         if self._goal is not None and self._goal.is_driven:
             self._end('UNKNOWN', 'a new run begins')
@@ -133,43 +119,45 @@ class FollowPath:
             if answer.refusal:
                 self._end('INVALID_PATH', ': '.join(answer.refusal))
                 if answer.goes_on:
-                    self._stop()
+                    self._cart.paths.stop(FOLLOW)
             goal.is_driven = True
         elif answer.stops or not (answer.refusal or (answer.goes_on and goal.is_driven)):
             self._end('UNKNOWN', f'a message on {answer.topic} has taken its place')
 
-    def step(self, time: float, look: Callable[[], View], limits: GoalParameters) -> None:
-        """Look after the goal at a time [s], in lockstep at ticks; on the wall clock also while no odometry comes."""
+    def step(self, stamp: int) -> None:
+        """Look after the goal at a stamp [ns], in lockstep at ticks; on the wall clock also while no odometry comes."""
         goal = self._goal
         if goal is None:
             return
+        cart = self._cart
+        time, limits = self._clock(stamp) / NANOSECONDS, cart.parameters.goal
         if goal.is_stopping:
-            view = look()
-            if view.end is not None and not any(view.cart.velocity):
+            if cart.course.left(cart.now)[0] is not None and not any(cart.reference.velocity):
                 self._end('CANCELED', 'canceled')
             return
         if goal.handle.is_cancel_requested:
             goal.is_stopping = True
-            self._stop()
+            cart.paths.stop(FOLLOW)
             return
         if time - goal.looked < LOOK:
             return
-        goal.looked, view = time, look()
+        goal.looked, (end, left) = time, cart.course.left(cart.now)
         if goal.is_driven:
-            goal.handle.publish_feedback(self._feedback(view))
-            if view.end is not None and is_reached(view.robot, view.end, limits):
+            goal.handle.publish_feedback(self._feedback(left))
+            if end is not None and is_reached(cart.pose, end, limits):
                 self._end('NONE', '')
                 return
-        if goal.since is None or (goal.is_driven and view.left < goal.left - limits.position_tolerance):
-            goal.since, goal.left = time, view.left if goal.is_driven else goal.left
+        if goal.since is None or (goal.is_driven and left < goal.left - limits.position_tolerance):
+            goal.since, goal.left = time, left if goal.is_driven else goal.left
         elif limits.timeout > 0.0 and time - goal.since > limits.timeout:
-            why = view.why or 'the robot is not at the end of the path'
+            condition = cart.time.condition()
+            why = condition.detail if condition else 'the robot is not at the end of the path'
             self._end('FAILED_TO_MAKE_PROGRESS', f'no progress for goal.timeout = {limits.timeout:g} s: {why}')
-            self._stop()
+            cart.paths.stop(FOLLOW)
 
-    def _feedback(self, view: View) -> Any:
+    def _feedback(self, left: float) -> Any:
         feedback = self._kind.Feedback()
-        for name, value in (('distance_to_goal', view.left), ('speed', abs(view.cart.velocity.linear))):
+        for name, value in (('distance_to_goal', left), ('speed', abs(self._cart.reference.velocity.linear))):
             if hasattr(feedback, name):
                 setattr(feedback, name, value)
         return feedback

@@ -10,20 +10,19 @@ from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_wrench
-from mobile_robot_control.quantities import Push, period_nanoseconds
+from mobile_robot_control.quantities import Push
 from mobile_robot_control.ros.shared.conversions import bytes_reader
 from mobile_robot_control.ros.shared.inputs import InputValidator
 from mobile_robot_control.ros.shared.qos import SUBSCRIBED
 from mobile_robot_control.ros.shared.run_events import RunEvents
 from mobile_robot_control.ros.shared.stamp_policy import StampDecision, StampPolicy, WallClockStampPolicy
-from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import DISTURBANCE
 
 _MOST = 1000
 """Most pushes that wait for their steps."""
 
 
-class _Grid(StampPolicy):
+class Grid(StampPolicy):
     """Accepts every stamp of the velocity grid, in lockstep, and stamp 0, which stands for the next step."""
 
     def __init__(self, period: int) -> None:
@@ -47,7 +46,7 @@ class _Grid(StampPolicy):
         return stamp // self._period
 
 
-class _Now(WallClockStampPolicy):
+class Now(WallClockStampPolicy):
     """Accepts stamps of the wall clock, which, like stamp 0, stand for the next step."""
 
     def decide(self, stamp: int) -> StampDecision:
@@ -71,8 +70,10 @@ class DisturbanceInput:
     ----------
     node : Node
         The plant.
-    shared : Shared
-        Rates, frame, clock.
+    policy : Grid or Now
+        For stamps.
+    frame : str
+        Of pushes.
     validator : InputValidator
         Of the plant.
     events : RunEvents
@@ -88,14 +89,14 @@ class DisturbanceInput:
     """
 
     def __init__(
-        self, node: Node, shared: Shared, validator: InputValidator, events: RunEvents, takes_velocity: bool
+        self, node: Node, policy: Grid | Now, frame: str, validator: InputValidator, events: RunEvents,
+        takes_velocity: bool,
     ) -> None:
         self._node, self._validator, self._events, self._takes_velocity = node, validator, events, takes_velocity
-        self._policy = (_Grid(period_nanoseconds(shared.velocity_rate)) if shared.lockstep
-                        else _Now(node.get_clock(), shared.stamp_tolerance))
+        self._policy = policy
         self._topic = node.resolve_topic_name(DISTURBANCE)
         self._read_push = bytes_reader(
-            'geometry_msgs/msg/WrenchStamped', partial(read_wrench, frame=shared.base_frame_id))
+            'geometry_msgs/msg/WrenchStamped', partial(read_wrench, frame=frame))
         self.waiting: dict[int, Push] = {}
         node.create_subscription(WrenchStamped, DISTURBANCE, self._on_disturbance, SUBSCRIBED, raw=True)
 

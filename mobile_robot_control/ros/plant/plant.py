@@ -18,13 +18,12 @@ from mobile_robot_control.messages.writing import planar_quaternion
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import NANOSECONDS, BodyVelocity, Pose, WheelTorque, period_nanoseconds
 from mobile_robot_control.ros.plant.disturbance_input import DisturbanceInput
-from mobile_robot_control.ros.plant.questions import LockstepRunControl, QuestionDriver, RunControl
+from mobile_robot_control.ros.plant.modes import LockstepPlant, WallClockPlant
 from mobile_robot_control.ros.plant.simulated_robot import SimulatedRobot
 from mobile_robot_control.ros.shared.conversions import reader
 from mobile_robot_control.ros.shared.diagnostics import Condition
 from mobile_robot_control.ros.shared.lockstep import Outputs
 from mobile_robot_control.ros.shared.loop_node import LoopNode
-from mobile_robot_control.ros.shared.peers import StallDetector
 from mobile_robot_control.ros.shared.qos import PUBLISHED, flush
 from mobile_robot_control.ros.shared.stamp_policy import Input, Inputs, StampDecision, never
 from mobile_robot_control.settings.nodes import PlantParameters, has_exact_odometry, loop_of
@@ -168,56 +167,41 @@ class Plant(LoopNode[PlantParameters]):
     ----------
     exit_code : int or None
         0 after `duration`, 1 after the motion diverged, None before.
+    control : RunControl
+        Whether time stands still.
 
     """
 
+    modes = {True: LockstepPlant, False: WallClockPlant}  # noqa: RUF012 (nothing changes it)
+
     def __init__(self) -> None:
         super().__init__('plant', PlantParameters)
-        shared, lockstep = self._shared, self._shared.lockstep
-        if self._robot_clock.is_simulated:
+        shared = self.shared
+        if self.robot_clock.is_simulated:
             raise ParameterError(['use_sim_time = True with lockstep = False: the plant moves by the wall clock and is '
                                   'a simulator itself; start it without use_sim_time, or in lockstep'])
         self._steps = round(self.parameters.duration * shared.velocity_rate)
         self._robot = SimulatedRobot(self.parameters)
         self._plant_publishers = PlantPublishers(self, self.parameters, self._robot, self._publish_on)
-        self._control = (LockstepRunControl if lockstep else RunControl)(
-            self.parameters, lambda: self.now, self._go_on, self.begin_anew)
+        self.control = self._mode.run_control(self.parameters, lambda: self.now, self._go_on, self.begin_anew)
         self._nothing = BodyVelocity(0.0, 0.0) if self._robot.takes_velocity else WheelTorque(0.0, 0.0)
-        self._stamp: Callable[[], int] = (lambda: self.now) if lockstep else self._clock_stamp
-        timeout, period = ((_command_timeout, self._position_period) if self._robot.takes_velocity
+        timeout, period = ((_command_timeout, self.position_period) if self._robot.takes_velocity
                            else (_torque_timeout, self._period))
-        self._command = command = self._loop.command
+        self._command = command = self.loop.command
         self._connect({command: Input(reader(command, shared), period, timeout, needed=False, stops=False)}, [],
                       shared.velocity_rate)
-        self._disturbances = DisturbanceInput(self, shared, self._validator, self._events, self._robot.takes_velocity)
-        self.create_service(Trigger, '~/reset', lambda _, response: _answer(response, self._control.reset()))
-        self.create_service(Trigger, '~/step', lambda _, response: _answer(response, self._control.step()))
-        if isinstance(self._driver, QuestionDriver):
-            self._driver.ask()
+        self._disturbances = DisturbanceInput(self, self._mode.disturbance_policy(self), shared.base_frame_id,
+                                              self.validator, self.events, self._robot.takes_velocity)
+        self.create_service(Trigger, '~/reset', lambda _, response: _answer(response, self.control.reset()))
+        self.create_service(Trigger, '~/step', lambda _, response: _answer(response, self.control.step()))
+        self._mode.begin(self._driver)
         self._start()
-
-    def _make_driver(self, inputs: Mapping[str, Input], rate: float) -> Any:
-        if not isinstance(self._control, LockstepRunControl):
-            return super()._make_driver(inputs, rate)
-        (command,) = inputs.values()
-        stalls = StallDetector(self, self._shared.peer_timeout, self._loop)
-        driver = QuestionDriver(self, self, command.period, self._control, stalls, self.parameters.real_time_factor)
-        self._pace = driver.pace
-        return driver
 
     def _loop_graph(self) -> LoopGraph:
         return loop_of(self.parameters)
 
-    def _monitored(self) -> dict[str, str]:
-        # in lockstep the stall detector names the missing node
-        return {} if self._shared.lockstep else super()._monitored()
-
-    def _awaited(self) -> list[str]:
-        # in lockstep the first step needs an answer of every other node
-        others = [node for node in self._loop.nodes if node != self._own_name]
-        return others if self._shared.lockstep else super()._awaited()
-
-    def _reached(self) -> int:
+    def reached(self) -> int:
+        """Return the simulated time [ns]."""
         return self.now
 
     @property
@@ -228,7 +212,7 @@ class Plant(LoopNode[PlantParameters]):
     @property
     def tick(self) -> int:
         """The present position tick [ns]."""
-        return self.now - self.now % self._position_period
+        return self.now - self.now % self.position_period
 
     @property
     def is_over(self) -> bool:
@@ -240,7 +224,7 @@ class Plant(LoopNode[PlantParameters]):
 
     def _change(self, values: PlantParameters, waits: bool) -> None:
         super()._change(values, waits)
-        self._control.change(values)
+        self.control.change(values)
         self._driver.change(values)
 
     def _go_on(self) -> None:
@@ -248,23 +232,23 @@ class Plant(LoopNode[PlantParameters]):
 
     def begin_anew(self) -> None:
         """Begin a new run: the robot at rest at its initial pose and, in lockstep, simulated time at 0."""
-        ended, pose = self._stamp() + self._period, self.parameters.initial_pose
+        ended, pose = self._mode.stamp(self) + self._period, self.parameters.initial_pose
         self._robot.begin(pose)
         self._disturbances.waiting.clear()  # they belong to the previous run
         self._driver.restart()
-        self._events.publish(ended, {'reset': pose})
+        self.events.publish(ended, {'reset': pose})
         self.note_run(StampDecision.START)
-        self._events.publish_pending(self._stamp())
+        self.events.publish_pending(self._mode.stamp(self))
 
     def _condition(self) -> Condition | None:
-        return Condition(DiagnosticStatus.OK, 'paused') if self._control.held else self._driver.condition()
+        return Condition(DiagnosticStatus.OK, 'paused') if self.control.held else self._driver.condition()
 
     def step(self, inputs: Inputs, _dt: float) -> Outputs:
         """Move by one velocity period."""
         if not self._has_run:
             self.note_run(StampDecision.START)
         asked = inputs.value(self._command)
-        push = self._disturbances.take(self._robot.k, self._stamp()) if self._disturbances.waiting else None
+        push = self._disturbances.take(self._robot.k, self._mode.stamp(self)) if self._disturbances.waiting else None
         self._saturated = self._robot.step(self._nothing if asked is None else asked, push)
         if self._robot.diverged:
             self.get_logger().fatal(f'the motion diverged at t = {self.now / 1e9:g} s: {self._robot.where}; '
@@ -277,7 +261,7 @@ class Plant(LoopNode[PlantParameters]):
     def publish_question(self) -> None:
         """Publish the question of the present time, at position ticks with odometry."""
         now = self.now
-        if now % self._position_period == 0:
+        if now % self.position_period == 0:
             self._plant_publishers.publish_odometry(now)
         self._plant_publishers.publish_joint_states(now)
 
@@ -288,17 +272,17 @@ class Plant(LoopNode[PlantParameters]):
 
     def publish_wheels(self) -> None:
         """Publish `joint_states` of the present time."""
-        self._plant_publishers.publish_joint_states(self._stamp())
+        self._plant_publishers.publish_joint_states(self._mode.stamp(self))
 
     # on the wall clock
 
     def is_held(self) -> bool:
         """Return whether time stands still."""
-        return self._control.held
+        return bool(self.control.held)
 
     def rest(self) -> Outputs:
         """Publish only `joint_states` while time stands still: without odometry no cart begins."""
-        if self._control.held:
+        if self.control.held:
             self.publish_wheels()
         return {}
 
@@ -308,7 +292,7 @@ class Plant(LoopNode[PlantParameters]):
             return
         if self._robot.has_sensors:
             self._plant_publishers.publish_sample(stamp)
-        elif self.now % self._position_period == 0:
+        elif self.now % self.position_period == 0:
             self._plant_publishers.publish_odometry(stamp)
         self._plant_publishers.publish_joint_states(stamp)
         if self.is_over:

@@ -1,6 +1,5 @@
 """The node `position_controller`: from odometry and reference to a body velocity command."""
 
-from functools import partial
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -9,21 +8,19 @@ from mobile_robot_control.control.compensation import carried_forward, mean_acce
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.parameters.declaration import ParameterError, build
-from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Observation, Pose, Reference
+from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Observation, Reference
+from mobile_robot_control.ros.position.law_runner import LawRunner
+from mobile_robot_control.ros.position.modes import LockstepPosition, WallClockPosition
 from mobile_robot_control.ros.position.namesakes import COMMAND
-from mobile_robot_control.ros.position.odometry import OdomAge, OdomConflict, WallClockOdomAge
-from mobile_robot_control.ros.position.robot_guard import LawRunner, LockstepGuard, RobotGuard
+from mobile_robot_control.ros.position.odometry import OdomAge
+from mobile_robot_control.ros.position.robot_guard import LockstepGuard, RobotGuard
 from mobile_robot_control.ros.shared.conversions import reader
 from mobile_robot_control.ros.shared.diagnostics import LAW_FAILED, Condition
-from mobile_robot_control.ros.shared.localisation import LocalisationInput
 from mobile_robot_control.ros.shared.lockstep import Outputs
 from mobile_robot_control.ros.shared.loop_node import LoopNode
 from mobile_robot_control.ros.shared.stamp_policy import Input, Inputs
 from mobile_robot_control.settings.nodes import PositionControllerParameters, counted_twice
 from mobile_robot_control.topics import LAW_FILE
-
-_ZERO = BodyVelocity(0.0, 0.0)
-
 
 _STANDS: Outputs = {'cmd_accel': NO_ACCELERATION, 'cmd_vel': BodyVelocity(0.0, 0.0)}
 
@@ -35,27 +32,24 @@ def _timeout(values: PositionControllerParameters) -> float:
 class PositionController(LoopNode[PositionControllerParameters]):
     """Runs the position law of `controller_type`."""
 
+    modes = {True: LockstepPosition, False: WallClockPosition}  # noqa: RUF012 (nothing changes it)
+
     def __init__(self) -> None:
         super().__init__('position_controller', PositionControllerParameters)
-        shared = self._shared
-        self._law = LawRunner(
-            self, self.parameters.control, 1.0 / shared.position_rate, self._tell)
-        self._age: OdomAge = OdomAge(shared) if shared.lockstep else WallClockOdomAge(shared)
-        self._guard: LockstepGuard | RobotGuard = LockstepGuard(self, self._law) if shared.lockstep else RobotGuard(
-            self, self._law,
-            partial(OdomConflict, self, self._watch, self._robot_clock, self.parameters.input_timeout), self._act,
-            lambda event: self._events.publish(self._clock_stamp(), event), self._kind(COMMAND))
+        shared = self.shared
+        self._law = LawRunner(self, self.parameters.control, 1.0 / shared.position_rate, self._tell)
+        self._age: OdomAge = self._mode.make_age(shared)
+        self._guard: LockstepGuard | RobotGuard = self._mode.make_guard(self, self._law)
         self._drives = False
         self._feeds = shared.feedforward.enabled
         topics = [topic for topic, wanted in (('odom', True), ('odom_time', shared.has_odom_time), (
             'reference_horizon', shared.reference_horizon > 0), ('reference', True)) if wanted]
         self._connect(
-            {topic: Input(reader(topic, shared), self._position_period, _timeout) for topic in topics},
+            {topic: Input(reader(topic, shared), self.position_period, _timeout) for topic in topics},
             ['cmd_accel', 'cmd_vel', 'tracking_error'] if self._feeds else ['cmd_vel', 'tracking_error'],
             shared.position_rate)
-        if isinstance(self._guard, RobotGuard) and shared.is_localised:
-            self._localisation = LocalisationInput(self, shared, self._validator, self._correct)
-        self._monitor.latencies['odom'] = self.parameters.odom_latency
+        self._mode.watch_corrections(self, self._guard)
+        self.monitor.latencies['odom'] = self.parameters.odom_latency
         for text in counted_twice(self.parameters):
             self.get_logger().warning(text)
         self._start()
@@ -63,7 +57,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
     def _change(self, values: PositionControllerParameters, waits: bool) -> None:
         law, before = values.control.controller_type, self.parameters.control.controller_type
         super()._change(values, waits)
-        self._monitor.latencies['odom'] = values.odom_latency
+        self.monitor.latencies['odom'] = values.odom_latency
         self._law.change(values.control)
         if law != before:
             from mobile_robot_control.settings.law_sets import node_note  # noqa: PLC0415 (no node needs it to start)
@@ -85,7 +79,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self.get_logger().error(f'{error}; the law goes on as it was')
             return
         if read:
-            self._events.note({LAW_FILE: ', '.join(f'{name} {checksum}' for name, checksum in read.items())})
+            self.events.note({LAW_FILE: ', '.join(f'{name} {checksum}' for name, checksum in read.items())})
             self._change(values, waits=False)
 
     def begin(self, inputs: Inputs, joins: bool) -> None:
@@ -136,10 +130,6 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._age.note(stamp, pose, velocity)
         return pose, self._guard.note(stamp, pose, velocity, self.parameters, self._drives)
 
-    def _correct(self, _stamp: int, correction: Pose) -> None:
-        assert isinstance(self._guard, RobotGuard)  # noqa: S101 (for mypy: only there it is called)
-        self._guard.note_correction(correction, self.parameters.limits)
-
     def is_held(self) -> bool:
         """Return whether the robot is stopped."""
         return self._guard.is_held(self.parameters)
@@ -161,18 +151,18 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._guard.forget()
 
     def _tell(self) -> None:
-        self._diagnostics.publish_now()
+        self.diagnostics.publish_now()
 
-    def _act(self) -> str:
+    def act(self) -> str:
         """Apply a stop or a release at once; return the condition in words."""
         self._driver.tick()
-        self._diagnostics.publish_now()
-        return self._diagnostics.condition().text()
+        self.diagnostics.publish_now()
+        return self.diagnostics.condition().text()
 
     def _condition(self) -> Condition | None:
         if self._law.failure:
             return Condition(DiagnosticStatus.ERROR, LAW_FAILED, detail=self._law.failure)
-        return self._guard.condition(self.parameters, self._diagnostics.problems(), self._drives)
+        return self._guard.condition(self.parameters, self.diagnostics.problems(), self._drives)
 
     def _last_condition(self) -> Condition:
         # a run may end before an experiment receives the first report

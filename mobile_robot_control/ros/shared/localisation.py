@@ -14,7 +14,7 @@ from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import Link, RefusedMessageError, read_or_refuse, read_transforms
 from mobile_robot_control.messages.writing import message_class
 from mobile_robot_control.quantities import NANOSECONDS, Pose
-from mobile_robot_control.reference.localisation import SAME, Corrections, Swings, composed
+from mobile_robot_control.reference.localisation import SAME, Swings, composed
 from mobile_robot_control.ros.shared.inputs import InputValidator
 from mobile_robot_control.ros.shared.qos import SUBSCRIBED
 from mobile_robot_control.settings.shared import Shared
@@ -29,8 +29,6 @@ _AHEAD = 10.0
 """[s] ahead of the node's clock: a transform with a later stamp would keep all others out."""
 _LARGEST = 1 << 18
 """[bytes] of a message of transforms: a larger one would hold up the step."""
-_MOST = 1000
-"""Most corrections that wait for their ticks."""
 
 
 class Frames:
@@ -201,32 +199,3 @@ class LocalisationInput:
 
 def _listed(message: Any) -> list[Any]:
     return message if isinstance(message, list) else [message]
-
-
-class WaitingCorrections:
-    """Corrections that wait for the first tick that is not before them: by stamps, or by times of receipt."""
-
-    def __init__(self) -> None:
-        self._waiting: list[tuple[int, Pose]] = []
-        self.choice = Corrections()
-
-    def take(self, since: int, correction: Pose) -> None:
-        """Store a correction with a time [ns]."""
-        self._waiting = sorted([*self._waiting, (since, correction)])[-_MOST:]
-
-    def due(self, now: int, at: Pose) -> Pose | None:
-        """
-        Return the correction to use from a tick [ns] on, for a cart at a pose of odometry; None if it stays.
-
-        At the first tick of a run in lockstep it stays: nothing could lead a replay there.
-        """
-        if now == 0:
-            return None
-        for since, correction in [one for one in self._waiting if one[0] <= now]:
-            self.choice.note(since, correction, at)
-        self._waiting = [one for one in self._waiting if one[0] > now]
-        return self.choice.due(now, at)
-
-    def begin(self) -> None:
-        """Begin a run without a correction; those that wait are of it."""
-        self.choice = Corrections()

@@ -14,23 +14,22 @@ from rclpy.publisher import Publisher
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import period_nanoseconds
-from mobile_robot_control.ros.shared.clock import RobotClock, SteadyClock, refuse_negative_time
+from mobile_robot_control.ros.shared.clock import refuse_negative_time
 from mobile_robot_control.ros.shared.conversions import PLAIN, stamped_on_receipt, writer
 from mobile_robot_control.ros.shared.diagnostics import Condition, Diagnostics, OverrunCounter
 from mobile_robot_control.ros.shared.inputs import InputMonitor, InputValidator
-from mobile_robot_control.ros.shared.lockstep import LockstepDriver, Outputs
+from mobile_robot_control.ros.shared.lockstep import Outputs
+from mobile_robot_control.ros.shared.modes import LockstepMode, WallClockMode
 from mobile_robot_control.ros.shared.parameters import CheckedParameterService, declare
 from mobile_robot_control.ros.shared.peers import PublisherWatch
-from mobile_robot_control.ros.shared.qos import SENSORS, SUBSCRIBED, flush, publish_on, subscribe_to
+from mobile_robot_control.ros.shared.qos import flush, publish_on, subscribe_to
 from mobile_robot_control.ros.shared.run_events import RunEvents
 from mobile_robot_control.ros.shared.stamp_policy import Input, Inputs, StampDecision
-from mobile_robot_control.ros.shared.wall_clock import FixedRateTimer, WallClockDriver
 from mobile_robot_control.settings.nodes import with_options
 from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import (
     ALL_LOOP_TOPICS,
     LOOPS,
-    MEASURED_TOPICS,
     OTHER_INPUTS,
     OTHER_TOPICS,
     RECORDED_TOPICS,
@@ -51,8 +50,8 @@ class LoopNode(Node, Generic[NodeGroup]):
     """
     A node of the loop.
 
-    A subclass connects its topics in its constructor, and calls `_start` at the end of it. A driver, of lockstep or of
-    the wall clock, then calls `begin`, `step`, `rest` and `publish`.
+    A subclass connects its topics in its constructor, and calls `_start` at the end of it. The driver of its mode then
+    calls `begin`, `step`, `rest` and `publish`.
 
     Parameters
     ----------
@@ -69,9 +68,12 @@ class LoopNode(Node, Generic[NodeGroup]):
         Set when the node ends by itself; None before.
     parameters : NodeGroup
         The present parameters.
+    modes : mapping of bool to type
+        Its mode in lockstep, and on the wall clock.
 
     """
 
+    modes: Mapping[bool, type[Any]] = {True: LockstepMode, False: WallClockMode}
     exit_code: int | None = None
     _has_run = False
     _saturated = False
@@ -83,78 +85,69 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._own_name = name  # whatever it is renamed to
         self._check_topics()
         self.parameters = self._changed = declare(self, group, overrides)
-        self._shared = self.parameters.shared
-        self._period, self._position_period = map(
-            period_nanoseconds, (self._shared.velocity_rate, self._shared.position_rate))
-        self._loop = self._loop_graph()
+        self.shared = self.parameters.shared
+        self._period, self.position_period = map(
+            period_nanoseconds, (self.shared.velocity_rate, self.shared.position_rate))
+        self.loop = self._loop_graph()
         self._driver: Any = None
         self._pace: OverrunCounter | None = None
-        lockstep = self._shared.lockstep
-        self._robot_clock = SteadyClock(self) if lockstep else RobotClock(self, self._begin_anew_in_time)
-        # on the wall clock mostly a robot's driver or another simulator
-        sources = {topic: f'the base ({topic})' if source == 'plant' and not lockstep else source
-                   for topic, source in self._monitored().items()}
-        self._monitor = InputMonitor(self, sources, self._shared.peer_timeout, self._robot_clock)
-        self._validator = InputValidator(self, self._monitor, self._shared.peer_timeout)
-        refuse_negative_time(self, self._validator.note_refusal)
-        watched = {topic: self._kind(topic) for topic in self._loop.topics_of(name)} | {
+        self._mode = self.modes[self.shared.lockstep]()
+        self.robot_clock = self._mode.make_clock(self, self._begin_anew_in_time)
+        self.monitor = InputMonitor(
+            self, self._mode.sources(self.loop.inputs_of(name)), self.shared.peer_timeout, self.robot_clock)
+        self.validator = InputValidator(self, self.monitor, self.shared.peer_timeout)
+        refuse_negative_time(self, self.validator.note_refusal)
+        watched = {topic: self.kind(topic) for topic in self.loop.topics_of(name)} | {
             topic: '' for topic, nodes in OTHER_INPUTS.items() if name in nodes}
-        self._watch = PublisherWatch(
-            self, watched, self._loop.listeners_of(name) if lockstep else {}, self._shared.peer_timeout)
-        self._events = RunEvents(self)
+        self.watch = PublisherWatch(
+            self, watched, self._mode.listeners(self.loop, name), self.shared.peer_timeout)
+        self.events = RunEvents(self)
         self._askers: dict[str, set[bytes]] = {}
         self._outputs: list[tuple[str, Publisher[Any], Callable[[int, Any], bytes]]] = []
 
     def _connect(self, inputs: Mapping[str, Input], outputs: Iterable[str], rate: float) -> None:
         """Make driver, publishers and subscriptions for a rate [Hz]; the first input is the question in lockstep."""
-        self._driver = self._make_driver(inputs, rate)
+        self._driver, self._pace = self._mode.make_driver(self, inputs, rate, self.position_period)
         for topic in outputs:
             self._outputs.append((topic, self._publish_on(topic), self._writer(topic)))
         for topic, one in inputs.items():
             self._subscribe(topic, one)
 
-    def _make_driver(self, inputs: Mapping[str, Input], rate: float) -> Any:
-        if self._shared.lockstep:
-            return LockstepDriver(self, inputs, 1.0 / rate, self._position_period)
-        driver = WallClockDriver(
-            self, inputs, rate, self.get_clock(), self._shared.stamp_tolerance, self._monitor.age)
-        self._pace = FixedRateTimer(self._robot_clock, rate, driver.tick)
-        return driver
-
     def _writer(self, topic: str) -> Callable[[int, Any], bytes]:
-        return writer(topic, self._shared)
+        return writer(topic, self.shared)
 
     def _publish_on(self, topic: str) -> Publisher[Any]:
         """Make a publisher on a loop topic."""
-        return publish_on(self, topic, self._kind(topic), event_callbacks=PublisherEventCallbacks(
-            incompatible_qos=partial(self._watch.note_unfit, topic, 'subscription')))
+        return publish_on(self, topic, self.kind(topic), event_callbacks=PublisherEventCallbacks(
+            incompatible_qos=partial(self.watch.note_unfit, topic, 'subscription')))
 
     def _subscribe(self, topic: str, one: Input) -> None:
-        """Subscribe to a loop topic; on the wall clock, measurements of robots also from best-effort publishers."""
-        validate, take, policy = self._validator.validate, self._driver.take, self._driver.policy(topic)
+        """Subscribe to a loop topic."""
+        validate, take, policy = self.validator.validate, self._driver.take, self._driver.policy(topic)
 
         def receive(message: bytes) -> None:
             valid = validate(topic, message, one.read, policy)
             if valid is not None:
                 take(topic, valid)
 
-        kind = self._kind(topic)
-        quality = SENSORS if topic in MEASURED_TOPICS and not self._shared.lockstep else SUBSCRIBED
+        kind = self.kind(topic)
         subscribe_to(
-            self, topic, stamped_on_receipt(self._validator, self._clock_stamp, receive) if kind == PLAIN else receive,
-            quality, kind, event_callbacks=SubscriptionEventCallbacks(
-                incompatible_qos=partial(self._watch.note_unfit, topic, 'publisher')))
+            self, topic, stamped_on_receipt(self.validator, self._clock_stamp, receive) if kind == PLAIN else receive,
+            self._mode.quality(topic), kind, event_callbacks=SubscriptionEventCallbacks(
+                incompatible_qos=partial(self.watch.note_unfit, topic, 'publisher')))
 
-    def _kind(self, topic: str) -> str:
-        kind = {**RECORDED_TOPICS, **self._loop.topics}[topic].kind
-        return PLAIN if kind == LOOPS['torque'].topics['cmd_vel'].kind and not self._shared.stamped_cmd_vel else kind
+    def kind(self, topic: str) -> str:
+        """Return the type of a topic's messages."""
+        kind = {**RECORDED_TOPICS, **self.loop.topics}[topic].kind
+        return PLAIN if kind == LOOPS['torque'].topics['cmd_vel'].kind and not self.shared.stamped_cmd_vel else kind
 
     def _start(self) -> None:
         """Start the parameter services and the diagnostics."""
-        self._diagnostics = Diagnostics(
-            self, self._validator, self._monitor, self._watch, self._pace, self._condition, self._running)
+        self.diagnostics = Diagnostics(
+            self, self.validator, self.monitor, self.watch, self._pace, self._condition, self._running)
         CheckedParameterService(self, type(self.parameters), self._apply, self._refusals)
-        self.get_logger().info(f'waiting for {", ".join(self._awaited())}')
+        others = [node for node in self.loop.nodes if node != self._own_name]
+        self.get_logger().info(f'waiting for {", ".join(self._mode.awaited(self.monitor.sources, others))}')
 
     def _check_topics(self) -> None:
         """Raise ParameterError if remapping gives two topics one name."""
@@ -174,15 +167,15 @@ class LoopNode(Node, Generic[NodeGroup]):
             self.get_logger().info(f'joined a run under way at t = {stamp / 1e9:g} s')
         else:
             self.get_logger().info('a new run begins' if self._has_run else 'a run begins')
-            self._events.begin_run(self._has_run)
+            self.events.begin_run(self._has_run)
         self._has_run = True
-        self._askers = {topic: self._watch.endpoints(topic) for topic, source in self._monitor.sources.items()
+        self._askers = {topic: self.watch.endpoints(topic) for topic, source in self.monitor.sources.items()
                         if source == 'plant'}
 
     def note_other_start(self, topic: str) -> None:
         """Count a question of stamp 0 that the same plant repeats with other numbers; another plant may."""
-        if topic in self._askers and self._askers[topic] == self._watch.endpoints(topic):
-            self._validator.note_other_numbers(topic, 0)
+        if topic in self._askers and self._askers[topic] == self.watch.endpoints(topic):
+            self.validator.note_other_numbers(topic, 0)
 
     def begin(self, inputs: Inputs, joins: bool) -> None:
         """Begin a run with the inputs of its first step, or join one under way."""
@@ -208,9 +201,9 @@ class LoopNode(Node, Generic[NodeGroup]):
 
     def note_step(self, stamp: int) -> None:
         """Note a step with a stamp [ns], and publish the changes that act from there on."""
-        self._diagnostics.note_step(self._saturated)
-        if self._events.pending and self.parameters is self._changed:
-            self._events.publish_pending(stamp)
+        self.diagnostics.note_step(self._saturated)
+        if self.events.pending and self.parameters is self._changed:
+            self.events.publish_pending(stamp)
 
     # on the wall clock alone
 
@@ -231,32 +224,24 @@ class LoopNode(Node, Generic[NodeGroup]):
 
     def note_stop(self, *topics: str) -> None:
         """Note that the robot stands because of silent inputs."""
-        self._diagnostics.note_stop(*topics)
+        self.diagnostics.note_stop(*topics)
 
     def forget(self) -> None:
         """Forget the states of a run after a jump back of simulated time."""
 
     def _begin_anew_in_time(self) -> None:
         self.get_logger().warning('/clock has jumped back: a new run begins with the next inputs')
-        self._monitor.forget()
+        self.monitor.forget()
         self._driver.begin_anew()
 
-    def _awaited(self) -> list[str]:
-        """Return the inputs that the node awaits before a run begins."""
-        return [f'{topic} from {source}' for topic, source in self._monitor.sources.items()]
-
-    def _reached(self) -> int | None:
+    def reached(self) -> int | None:
         """Return the newest simulated time [ns], if there is one."""
         reached: int | None = self._driver.accepted
         return reached
 
     def _loop_graph(self) -> LoopGraph:
         """Return the node's loop; all nodes but the plant have the same topics in each."""
-        return with_options(LOOPS['torque'], self._shared)
-
-    def _monitored(self) -> dict[str, str]:
-        """Return the input topics whose silence is reported, each with its publisher."""
-        return self._loop.inputs_of(self._own_name)
+        return with_options(LOOPS['torque'], self.shared)
 
     def _condition(self) -> Condition | None:
         """Return a condition known only to the node itself, or None."""
@@ -280,7 +265,7 @@ class LoopNode(Node, Generic[NodeGroup]):
 
     def _apply(self, values: NodeGroup, changed: Mapping[str, Any]) -> None:
         waits = self._waits_for_a_run(changed)
-        self._events.note(changed, waits)
+        self.events.note(changed, waits)
         self._change(values, waits)
 
     def _change(self, values: NodeGroup, _waits: bool) -> None:
@@ -297,8 +282,8 @@ class LoopNode(Node, Generic[NodeGroup]):
     def close(self) -> None:
         """Stop the robot on the wall clock, publish the last messages, and wait for their arrival."""
         self._driver.close()
-        self._events.flush()
-        self._diagnostics.end(self._last_condition())
-        reached = self._reached() if self._has_run else None
+        self.events.flush()
+        self.diagnostics.end(self._last_condition())
+        reached = self.reached() if self._has_run else None
         self.get_logger().info('ended' if reached is None else f'ended at t = {reached / 1e9:g} s')
         flush(*(publisher for _, publisher, _ in self._outputs))

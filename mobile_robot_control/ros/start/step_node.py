@@ -42,8 +42,8 @@ class StepNode(LoopNode[Any]):
                                  for like in unknown)
         super().__init__(own.name, _group(own.parameters))
         self._state = own.start
-        rates = {topic: getattr(self._shared, ALL_LOOP_TOPICS[like].rate) for topic, like in own.inputs.items()}
-        self._connect({topic: Input(reader(like, self._shared), period_nanoseconds(rates[topic]), lambda _: own.timeout)
+        rates = {topic: getattr(self.shared, ALL_LOOP_TOPICS[like].rate) for topic, like in own.inputs.items()}
+        self._connect({topic: Input(reader(like, self.shared), period_nanoseconds(rates[topic]), lambda _: own.timeout)
                        for topic, like in own.inputs.items()}, own.outputs, next(iter(rates.values())))
         self._start()
 
@@ -54,7 +54,7 @@ class StepNode(LoopNode[Any]):
         return LoopGraph({topic.name: topic for topic in (*inputs, *outputs)}, (), (self._own.name,))
 
     def _writer(self, topic: str) -> Any:
-        return writer(self._own.outputs[topic], self._shared)
+        return writer(self._own.outputs[topic], self.shared)
 
     def begin(self, _inputs: Inputs, _joins: bool) -> None:
         """Begin with the initial state."""

@@ -11,6 +11,7 @@ from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, B
 from mobile_robot_control.ros.shared.conversions import reader
 from mobile_robot_control.ros.shared.lockstep import Outputs
 from mobile_robot_control.ros.shared.loop_node import LoopNode
+from mobile_robot_control.ros.shared.modes import LockstepMode, WallClockMode
 from mobile_robot_control.ros.shared.stamp_policy import Input, Inputs, never
 from mobile_robot_control.settings.nodes import VelocityControllerParameters
 
@@ -21,6 +22,22 @@ _LARGEST = BodyAcceleration(100.0, 1000.0)
 """[m/s²], [rad/s²]: on the wall clock, larger accelerations are no robot's."""
 
 _ZERO = BodyVelocity(0.0, 0.0)
+
+
+class LockstepVelocity(LockstepMode):
+    """Accelerations are those of this package's position controller."""
+
+    def acceleration_reader(self, read: Callable[[bytes], BodyAcceleration]) -> Callable[[bytes], BodyAcceleration]:
+        """Return the function that reads an acceleration."""
+        return read
+
+
+class WallClockVelocity(WallClockMode):
+    """Accelerations come from any node."""
+
+    def acceleration_reader(self, read: Callable[[bytes], BodyAcceleration]) -> Callable[[bytes], BodyAcceleration]:
+        """Return the function that reads an acceleration, and refuses one that is no robot's."""
+        return partial(_read_bounded, read)
 
 
 def _read_bounded(read: Callable[[bytes], BodyAcceleration], message: bytes) -> BodyAcceleration:
@@ -39,20 +56,21 @@ def _command_timeout(values: VelocityControllerParameters) -> float:
 class VelocityController(LoopNode[VelocityControllerParameters]):
     """Runs the multivariable PI law."""
 
+    modes = {True: LockstepVelocity, False: WallClockVelocity}  # noqa: RUF012 (nothing changes it)
+
     def __init__(self) -> None:
         super().__init__('velocity_controller', VelocityControllerParameters)
-        shared = self._shared
+        shared = self.shared
         self._state = VelocityPiState()
         self._fed: tuple[int, BodyAcceleration] = (-1, NO_ACCELERATION)
         inputs = {'joint_states': Input(reader('joint_states', shared), self._period, lambda _: _OLDEST_WHEELS)}
         if shared.feedforward.enabled:
             # accelerations may be silent alone if another node commands
-            read = reader('cmd_accel', shared)
             inputs['cmd_accel'] = Input(
-                read if shared.lockstep else partial(_read_bounded, read), self._position_period,
+                self._mode.acceleration_reader(reader('cmd_accel', shared)), self.position_period,
                 lambda _: _OLDEST_ACCELERATION, needed=False, stops=False)
         # a silent command means zero
-        inputs['cmd_vel'] = Input(reader('cmd_vel', shared), self._position_period, _command_timeout, needed=False)
+        inputs['cmd_vel'] = Input(reader('cmd_vel', shared), self.position_period, _command_timeout, needed=False)
         self._connect(inputs, ['wheel_torques'], shared.velocity_rate)
         self._start()
 
@@ -65,11 +83,11 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
 
     def step(self, inputs: Inputs, dt: float) -> Outputs:
         """Return the wheel torques."""
-        measured = body_velocity(inputs.value('joint_states'), self._shared.robot)
+        measured = body_velocity(inputs.value('joint_states'), self.shared.robot)
         command, acceleration = inputs.value('cmd_vel'), self._acceleration(inputs)
-        robot, limit = self._shared.robot, self.parameters.max_wheel_torque
+        robot, limit = self.shared.robot, self.parameters.max_wheel_torque
         fed = command is not None and acceleration is not None
-        age = min(inputs.age('cmd_vel'), self._position_period / 1e9) if fed else 0.0
+        age = min(inputs.age('cmd_vel'), self.position_period / 1e9) if fed else 0.0
         self._state, torque = velocity_step(fed)(
             self._state, Asked(_ZERO if command is None else command, acceleration, age), measured,
             VelocityConstants(self.parameters.gains, limit, robot), robot, dt)

@@ -8,7 +8,7 @@ import pytest
 from mobile_robot_control.control.laws import LAWS, PositionControl
 from mobile_robot_control.control.limits import Limits
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError
-from mobile_robot_control.ros.position.robot_guard import LawRunner
+from mobile_robot_control.ros.position.law_runner import LawRunner
 
 AHEAD = TrackingError(1.0, 0.0, 0.0)
 NODE = types.SimpleNamespace(get_logger=lambda: types.SimpleNamespace(error=lambda text: None))

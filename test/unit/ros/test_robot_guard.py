@@ -7,7 +7,8 @@ import pytest
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference
 from mobile_robot_control.ros.position import robot_guard
-from mobile_robot_control.ros.position.robot_guard import LawRunner, RobotGuard
+from mobile_robot_control.ros.position.law_runner import LawRunner
+from mobile_robot_control.ros.position.robot_guard import RobotGuard
 from mobile_robot_control.settings.nodes import PositionControllerParameters
 
 VALUES = PositionControllerParameters()
