@@ -99,8 +99,9 @@ class Benchmark:
             _check_tracks(tracks, self.table, request.sources)
             seeds = {name: self.table.tracks[name]['seeds'] for name in self.tracks}
             self.seeds = tuple(sorted({seed for own in seeds.values() for seed in own}))
-        self.cells = [Cell(law, track, seed, self.budgets, request.scenarios, request.runs, request.restarts,
-                           self.objective(track), feedforward, request.sources)
+        self.cells = [Cell(
+            law=law, track=track, seed=seed, budgets=self.budgets, training=request.scenarios, runs=request.runs,
+            restarts=request.restarts, objective=self.objective(track), feedforward=feedforward, more=request.sources)
                       for feedforward in (False, True)[:1 + request.feedforward]
                       for law in self.laws for track in tracks for seed in seeds[track.name]]
         # what is wrong with a track is said at once

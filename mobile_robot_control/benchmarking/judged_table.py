@@ -128,8 +128,9 @@ def judged_table(
         results = [one for one in known.results if one['track'] in tracks] + results
         tracks = {name: known.tracks[name] for name in tracks}
         horizons = known.horizons | horizons
-    return JudgedTable(ARITHMETIC, digits, first.budgets, first.restarts, first.training, first.runs, tracks, horizons,
-                       results)
+    return JudgedTable(
+        arithmetic=ARITHMETIC, hash=digits, budgets=first.budgets, restarts=first.restarts, scenarios=first.training,
+        runs=first.runs, tracks=tracks, horizons=horizons, results=results)
 
 
 def write_judged_table(file: Path, table: JudgedTable) -> None:

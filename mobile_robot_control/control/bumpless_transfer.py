@@ -118,5 +118,6 @@ def step(
     fade = exp(-elapsed / _FADE_TIME)
     faded = BodyVelocity(asked.linear + fade * offset.linear, asked.angular + fade * offset.angular)
     command = limit_command(faded, running.command, running.limits, dt)
-    return (RunningLaw(running.law, running.gains, state, running.limits, command, False, offset, elapsed + dt,
-                       running.lead), command)
+    return (RunningLaw(
+        law=running.law, gains=running.gains, state=state, limits=running.limits, command=command, changed=False,
+        offset=offset, elapsed=elapsed + dt, lead=running.lead), command)

@@ -83,9 +83,9 @@ def declared_entry(declared: Declaration) -> Entry:
     high = math.inf if field.maximum is None else field.maximum
     default = list(declared.default) if declared.kind is tuple else declared.default
     return Entry(
-        declared.name, _PYTHON[declared.kind], field.unit, field.description, describe_bounds(field), low, high,
-        tuple(field.choices), field.live, default,
-        _slider(field.search, low, high, default) if declared.kind in (float, int) else ())
+        name=declared.name, kind=_PYTHON[declared.kind], unit=field.unit, text=field.description,
+        allowed=describe_bounds(field), low=low, high=high, choices=tuple(field.choices), live=field.live,
+        default=default, slider=_slider(field.search, low, high, default) if declared.kind in (float, int) else ())
 
 
 def described_entry(descriptor: Any, value: Any, known: dict[str, Entry]) -> Entry:
@@ -102,9 +102,10 @@ def described_entry(descriptor: Any, value: Any, known: dict[str, Entry]) -> Ent
     ranges = (*descriptor.floating_point_range, *descriptor.integer_range)
     low = max((float(ends.from_value) for ends in ranges), default=-math.inf)
     high = min((float(ends.to_value) for ends in ranges), default=math.inf)
-    return Entry(name, kind, '', shortened(descriptor.description, _LONGEST),
-                 shortened(descriptor.additional_constraints, _LONGEST), low, high, (), live, None,
-                 _slider((), low, high, value) if kind in ('float', 'int') else ())
+    return Entry(
+        name=name, kind=kind, unit='', text=shortened(descriptor.description, _LONGEST),
+        allowed=shortened(descriptor.additional_constraints, _LONGEST), low=low, high=high, choices=(), live=live,
+        default=None, slider=_slider((), low, high, value) if kind in ('float', 'int') else ())
 
 
 def known_entries(node: str) -> dict[str, Entry]:

@@ -208,7 +208,9 @@ def run_experiment(
                 executor.spin_once(timeout_sec=0.05)
                 supervisor.note_progress()
 
-            runner = ExperimentRunner(parameters, output, namespace, patience, stop, recorder, turn, bag, bar)
+            runner = ExperimentRunner(
+                parameters=parameters, output=output, namespace=namespace, patience=patience, stop=stop,
+                recorder=recorder, turn=turn, bag=bag, bar=bar)
             runner.spin_until(recorder.topics_of_others, SETTLE)
             refuse_other_publishers(recorder.topics_of_others())
             begun = True

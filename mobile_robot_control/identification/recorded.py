@@ -277,8 +277,10 @@ def _recording(
     motion = _motion_of(odometry, commands) if odometry else None
     torques, wheels = _wheels(signals['joint_states'], clocks['joint_states']) if 'joint_states' in clocks else (
         None, None)
-    return Recorded(name, commands, odometry, motion, poses(GROUND_TRUTH), torques, asked, wheels, clocks, problems,
-                    held, unusable, signals['odom'].values[:, 3:5] if odometry else None)
+    return Recorded(
+        name=name, commands=commands, odometry=odometry, motion=motion, truth=poses(GROUND_TRUTH), torques=torques,
+        asked=asked, wheels=wheels, clocks=clocks, problems=problems, held=held, unusable=unusable,
+        twist=signals['odom'].values[:, 3:5] if odometry else None)
 
 
 def _without_repeats(odom: Signal) -> Signal:

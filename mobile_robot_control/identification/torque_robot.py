@@ -320,11 +320,12 @@ def identify_torques(
              'A - B, of which mass and inertia are made with these']
     wide = [left_out(one) for one in parameters if one not in kept]
     return Identification(
-        TORQUE, (*kept, *driven), tuple(one.name for one in kept), found.covariance[np.ix_(index, index)],
-        (*_combinations(found, robot), *motion), rates_of(usable[0].clocks), errors_of(predictions),
-        (*wide, *(() if COULOMB in found.names else ('Coulomb friction: none shows beside the viscous '
-                                                                  'one',))),
-        tuple(findings.missing_in_model(found, predictions, [])), tuple(notes), tuple(predictions), found.whitened, {})
+        drive=TORQUE, parameters=(*kept, *driven), names=tuple(one.name for one in kept),
+        covariance=found.covariance[np.ix_(index, index)], reported=(*_combinations(found, robot), *motion),
+        facts=rates_of(usable[0].clocks), errors=errors_of(predictions),
+        open=(*wide, *(() if COULOMB in found.names else ('Coulomb friction: none shows beside the viscous one',))),
+        lacking=tuple(findings.missing_in_model(found, predictions, [])), notes=tuple(notes),
+        predictions=tuple(predictions), residuals=found.whitened, provenance={})
 
 
 def _combinations(found: Estimate, robot: Robot) -> list[Parameter]:

@@ -186,12 +186,13 @@ def identify_base(
              'a command is taken to reach the robot when it reaches the recorder', *odometry.notes,
              *([] if latency is not None else [_NO_AGE if same_clock else _ONE_CLOCK]), *findings.not_seen(fit, usable)]
     return Identification(
-        VELOCITY, (*odometry.parameters, *renamed, *_odometry_parameters(clocks['odom'], latency)),
-        (*odometry.names, *names), _diagonal(odometry.covariance, covariance), tuple(delays), rates_of(clocks),
-        errors_of(predictions), tuple(left_out(one) for one in every if one not in kept),
-        (*odometry.lacking, *findings.second_lags(fit),
-         *findings.missing_in_model(found, predictions, _inputs_beside(usable))), tuple(notes),
-        tuple(predictions), found.whitened, {})
+        drive=VELOCITY, parameters=(*odometry.parameters, *renamed, *_odometry_parameters(clocks['odom'], latency)),
+        names=(*odometry.names, *names), covariance=_diagonal(odometry.covariance, covariance), reported=tuple(delays),
+        facts=rates_of(clocks), errors=errors_of(predictions),
+        open=tuple(left_out(one) for one in every if one not in kept),
+        lacking=(*odometry.lacking, *findings.second_lags(fit),
+                 *findings.missing_in_model(found, predictions, _inputs_beside(usable))),
+        notes=tuple(notes), predictions=tuple(predictions), residuals=found.whitened, provenance={})
 
 
 def _of_odometry(calibration: Estimate | None, seen: Sequence[Recorded], robot: Robot) -> _Part:

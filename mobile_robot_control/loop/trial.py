@@ -180,18 +180,13 @@ def make_trial(configuration: Configuration, duration: float, late: float = 0.0)
     loop, state = start(configuration)
     law, gains = declared_gains(configuration.position_controller.control)
     return Trial(
-        law.name,
-        configuration.reference_cart.curve.curve,
-        configuration.reference_cart.curve.placement,
-        loop._replace(position=loop.position._replace(gains=gains)),
-        state,
-        round(duration * shared.velocity_rate),
-        period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
-        round(late * shared.velocity_rate),
-        form_of(configuration),
-        path_of(configuration.reference_cart),
-        drawing_of(configuration.reference_cart),
-    )
+        law=law.name, curve=configuration.reference_cart.curve.curve,
+        placement=configuration.reference_cart.curve.placement,
+        loop=loop._replace(position=loop.position._replace(gains=gains)), state=state,
+        steps=round(duration * shared.velocity_rate),
+        ratio=period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
+        late=round(late * shared.velocity_rate), form=form_of(configuration),
+        path=path_of(configuration.reference_cart), drawing=drawing_of(configuration.reference_cart))
 
 
 def course_of_trial(trial: Trial) -> Course:

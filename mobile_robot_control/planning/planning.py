@@ -138,14 +138,14 @@ def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
         return [torque + coulomb * float(np.sign(turn)) for torque, turn in zip(smooth, wheels, strict=True)]
 
     return Plan(
-        path.times, np.array([reference.pose for reference in references]),
-        np.array([reference.velocity for reference in references]),
-        np.array([reference.acceleration for reference in references]),
-        np.array([wheel_velocity(reference.velocity, robot) for reference in references]),
-        np.array([torques(reference) for reference in references]),
-        limit, path.period, path.length, np.array(given), request.waypoints.repeated,
-        max(map(_deviation, route_of(request).stretches)), path.ignored, flatten(cart.timing),
-        path.shares(), provenance(command_line, configuration))
+        time=path.times, pose=np.array([reference.pose for reference in references]),
+        velocity=np.array([reference.velocity for reference in references]),
+        acceleration=np.array([reference.acceleration for reference in references]),
+        wheel_velocity=np.array([wheel_velocity(reference.velocity, robot) for reference in references]),
+        wheel_torque=np.array([torques(reference) for reference in references]), limit=limit, duration=path.period,
+        length=path.length, waypoints=np.array(given), repeated=request.waypoints.repeated,
+        deviation=max(map(_deviation, route_of(request).stretches)), ignored=path.ignored, limits=flatten(cart.timing),
+        active=path.shares(), provenance=provenance(command_line, configuration))
 
 
 def plan(

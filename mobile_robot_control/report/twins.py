@@ -137,9 +137,12 @@ def _compared(real: Run, simulated: Run, shift: float, apart: float) -> Twins:
     distance = np.hypot(*(pose[:, :2] - truth[:, :2]).T)
     turned = np.remainder(np.arctan2(pose[:, 3], pose[:, 2]) - truth[:, 2] + np.pi, 2.0 * np.pi) - np.pi
     own = (real.time >= begin) & (real.time <= end)
-    return Twins(shift, apart, float(begin), float(end), _rms(distance), float(np.nanmax(distance)), _rms(turned),
-                 _rms(np.hypot(*real.tracking_error[own, :2].T)),
-                 _rms(np.hypot(*simulated.tracking_error[inside, :2].T)), str(real.metrics.get('error', 'measured')))
+    return Twins(
+        shift=shift, references_apart=apart, begin=float(begin), end=float(end), rms_position=_rms(distance),
+        max_position=float(np.nanmax(distance)), rms_heading=_rms(turned),
+        real_error=_rms(np.hypot(*real.tracking_error[own, :2].T)),
+        simulated_error=_rms(np.hypot(*simulated.tracking_error[inside, :2].T)),
+        error=str(real.metrics.get('error', 'measured')))
 
 
 def _rms(values: Floats) -> float:

@@ -140,8 +140,10 @@ def tuned_of(search: Search, staged: Staged, objective: Objective, command_line:
     slow = '' if configuration.plant.model.drive == VELOCITY else slow_integrals(
         better.gains.velocity, configuration.plant.shared.robot)
     cautions = (*edges, *([f'slow integrals: {slow}; {_assumed(search)}'] if slow else []))
-    return Tuned(search.goal.controller, better.score, named, found.history, configuration,
-                 provenance(command_line, configuration), search, better, cautions, staged.confirmation)
+    return Tuned(
+        controller=search.goal.controller, objective=better.score, parameters=named, history=found.history,
+        configuration=configuration, provenance=provenance(command_line, configuration), search=search, better=better,
+        cautions=cautions, confirmation=staged.confirmation)
 
 
 def _assumed(search: Search) -> str:

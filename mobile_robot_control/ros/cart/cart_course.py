@@ -118,10 +118,9 @@ class CartCourse:
         if not message and self._route is not None:
             request = request._replace(waypoints=self._route.waypoints, path=self._route.path)
         return PathQuestion(
-            message, self._cart.shared.path_frame_id, request, correction or self.correction or SAME,
-            self._course.reference(since), motion, place,
-            # a cart that slows down stands soon where its path leads on
-            self._cart.timing != self._timing or motion is not self._course, topic)
+            message=message, frame=self._cart.shared.path_frame_id, request=request,
+            correction=correction or self.correction or SAME, at=self._course.reference(since), course=motion,
+            time=place, anew=self._cart.timing != self._timing or motion is not self._course, topic=topic)
 
     def _motion(self, since: float) -> 'tuple[Motion | None, float]':
         """Return the planned motion at a time since the start of the course, and the time along it [s]."""
