@@ -25,7 +25,7 @@ def jitable(function: Function) -> Function:
     Parameters
     ----------
     function : callable
-        A pure function of floats and NamedTuples that uses ``math`` only.
+        A pure function of floats and NamedTuples, with the functions of ``math`` and `elementary`.
 
     Returns
     -------

@@ -8,6 +8,8 @@ Nothing of ROS is imported.
 from collections.abc import Mapping
 from typing import NamedTuple
 
+PLAIN_TWIST = 'geometry_msgs/msg/Twist'
+"""The type of a `cmd_vel` without a stamp."""
 WHEEL_JOINTS = ['wheel_right_joint', 'wheel_left_joint']
 """The joints' names; messages are searched by name, never by index."""
 

@@ -7,12 +7,9 @@ from mobile_robot_control.control.compensation import NO_LEAD, Lead, lead, leadi
 from mobile_robot_control.control.law import Law, checked_step
 from mobile_robot_control.control.laws import PositionControl, select
 from mobile_robot_control.control.limits import Limits, limit_command
-from mobile_robot_control.control.steering import Steering, make_steered, start_of
-from mobile_robot_control.elementary import exp
+from mobile_robot_control.control.steering import Steering, faded, make_steered, start_of
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation
 
-_FADE_TIME = 0.2
-"""[s]: time constant with which the difference between the old and the new command decays."""
 _ZERO = BodyVelocity(0.0, 0.0)
 
 
@@ -115,9 +112,7 @@ def step(
     if running.changed:
         offset = BodyVelocity(running.command.linear - asked.linear, running.command.angular - asked.angular)
         elapsed = 0.0
-    fade = exp(-elapsed / _FADE_TIME)
-    faded = BodyVelocity(asked.linear + fade * offset.linear, asked.angular + fade * offset.angular)
-    command = limit_command(faded, running.command, running.limits, dt)
+    command = limit_command(faded(asked, offset, elapsed), running.command, running.limits, dt)
     return (RunningLaw(
         law=running.law, gains=running.gains, state=state, limits=running.limits, command=command, changed=False,
         offset=offset, elapsed=elapsed + dt, lead=running.lead), command)

@@ -71,7 +71,7 @@ def limit_command(asked: BodyVelocity, before: BodyVelocity, limits: Limits, dt:
 
 
 class TrackingLimit(NamedTuple):
-    """The limits that stop the robot; `command_limits.Limits` are those of the command."""
+    """The limits that stop the robot; `Limits` are those of the command."""
 
     tracking_error: Annotated[
         float, Field('m', 'wall clock: distance from the reference that stops the robot until its release, 0 for '

@@ -54,6 +54,13 @@ class Steering(NamedTuple):
 
 
 @jitable
+def faded(asked: BodyVelocity, offset: BodyVelocity, elapsed: float) -> BodyVelocity:
+    """Return a command with what is left of the difference at a change, after a time [s] since then."""
+    share = exp(-elapsed / _FADE_TIME)
+    return BodyVelocity(asked.linear + share * offset.linear, asked.angular + share * offset.angular)
+
+
+@jitable
 def _no_references(_references: tuple[Reference, ...]) -> tuple[()]:
     return ()
 
@@ -99,8 +106,7 @@ def make_steered(law_step: Callable[..., Any], horizon: int = 0) -> LawStep:
             offset = BodyVelocity(state.command.linear - asked.linear, state.command.angular - asked.angular)
             elapsed = 0.0
         if changed:
-            fade = exp(-elapsed / _FADE_TIME)
-            asked = BodyVelocity(asked.linear + fade * offset.linear, asked.angular + fade * offset.angular)
+            asked = faded(asked, offset, elapsed)
         return Steering(law, state.anew, mode, changed, asked, offset, elapsed + dt), asked
 
     return steered

@@ -16,7 +16,7 @@ from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_r
 from mobile_robot_control.messages.writing import message_class
 from mobile_robot_control.ros.shared.qos import LATCHED
 from mobile_robot_control.system.texts import shortened
-from mobile_robot_control.topics import LOOP_TOPICS, SHOWN_TOPICS
+from mobile_robot_control.topics import LOOP_TOPICS, PLAIN_TWIST, SHOWN_TOPICS
 
 _WINDOW = 2.0
 """[s] of wall time over which a rate is measured."""
@@ -113,7 +113,7 @@ class PolledTopic:
         self._node.destroy_subscription(self._subscription)
 
 
-_COMMAND, _PLAIN = 'cmd_vel', 'geometry_msgs/msg/Twist'
+_COMMAND = 'cmd_vel'
 _DEPTHS = {'position_rate': 8, 'velocity_rate': 32}
 """Messages stored between two samples, enough to find one stamp in all topics during a run."""
 
@@ -168,7 +168,7 @@ class LoopTopics:
             return
         command = self.polled[_COMMAND]
         kinds = {offer.topic_type for offer in self._node.get_publishers_info_by_topic(command.name)}
-        if kinds and command.kind not in kinds and kinds <= {LOOP_TOPICS[_COMMAND].kind, _PLAIN}:
+        if kinds and command.kind not in kinds and kinds <= {LOOP_TOPICS[_COMMAND].kind, PLAIN_TWIST}:
             command.close()
             self.polled[_COMMAND] = PolledTopic(self._node, _COMMAND, kinds.pop(), _DEPTHS['position_rate'])
 

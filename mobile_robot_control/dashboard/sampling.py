@@ -15,8 +15,9 @@ from mobile_robot_control.messages.parsing import (
     read_plain_twist,
     serialised_stamp,
 )
+from mobile_robot_control.quantities import WALL
 from mobile_robot_control.runs.columns import READ
-from mobile_robot_control.topics import POSITION_TOPICS, SHOWN_TOPICS
+from mobile_robot_control.topics import PLAIN_TWIST, POSITION_TOPICS, SHOWN_TOPICS
 
 PLACES = {name: SHOWN_TOPICS[name].short for name in sorted(SHOWN_TOPICS, key=lambda name: SHOWN_TOPICS[name].rate)}
 """The columns of each shown topic, in the order of its numbers; the slow loop comes first."""
@@ -25,9 +26,6 @@ COLUMNS = ('run', 'time', 'speed', *itertools.chain.from_iterable(PLACES.values(
 The columns of a row, in this order: number of the run, its time [s], simulated time per wall time; the numbers of the
 topics by their short names, in SI units; the value of the Lyapunov function. Unknown values are nan.
 """
-_WALL = 10**15
-"""[ns]: later stamps are those of a wall clock."""
-_PLAIN = 'geometry_msgs/msg/Twist'
 _HELD = -1
 """Replaces the stamp of a message without one, which counts for every stamp."""
 _DRAINED = 64
@@ -73,7 +71,7 @@ class Sampler:
         recent = self._recent.setdefault(topic, {})
         for message in messages:
             try:
-                stamp = _HELD if kind == _PLAIN else serialised_stamp(message)
+                stamp = _HELD if kind == PLAIN_TWIST else serialised_stamp(message)
             except RefusedMessageError as error:
                 self.refused[f'{topic}: {error.reason}'] += 1
                 continue
@@ -96,11 +94,11 @@ class Sampler:
         self.run += 1
         if self._newest >= 0:
             self._falls, self._fell = self._falls + 1, time.monotonic()
-        self._stamp, self._agree, self._origin = -1, False, stamp if stamp > _WALL else 0
+        self._stamp, self._agree, self._origin = -1, False, stamp if stamp > WALL else 0
         self._ages.clear()
         self._values.update(dict.fromkeys(COLUMNS, math.nan))
         for topic, recent in self._recent.items():
-            if topic != 'odom' and stamp <= _WALL:
+            if topic != 'odom' and stamp <= WALL:
                 self._recent[topic] = {other: held for other, held in recent.items() if other <= stamp}
 
     def note_reset(self) -> None:
@@ -133,7 +131,7 @@ class Sampler:
         by_all = shared.intersection(*stamped.values())
         if by_all and (max(by_all) > self._stamp or max(shared) == self._stamp):
             shared = by_all
-        if self._newest > _WALL or not (shared or self._agree):
+        if self._newest > WALL or not (shared or self._agree):
             # each node has its own clock
             self._stamp = self._newest
             self._read({topic: next(reversed(recent)) for topic, recent in self._recent.items() if recent})
@@ -147,7 +145,7 @@ class Sampler:
             numbers: Sequence[float] = (math.nan,) * len(PLACES[topic])
             if stamp in self._recent[topic]:
                 kind, message = self._recent[topic][stamp]
-                steps = partial(deserialise, kind), read_plain_twist if kind == _PLAIN else READ[topic]
+                steps = partial(deserialise, kind), read_plain_twist if kind == PLAIN_TWIST else READ[topic]
                 try:
                     numbers = read_or_refuse(kind, steps, message)
                 except RefusedMessageError as error:

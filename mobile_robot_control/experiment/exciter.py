@@ -19,11 +19,10 @@ from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_odometry, read_or_refuse, serialised_stamp
 from mobile_robot_control.quantities import BodyVelocity, Pose
-from mobile_robot_control.ros.shared.conversions import PLAIN
 from mobile_robot_control.ros.shared.peers import publisher_names
 from mobile_robot_control.ros.shared.qos import SENSORS, publish_on, subscribe_to
 from mobile_robot_control.ros.shared.stamp_policy import StampDecision, WallClockStampPolicy
-from mobile_robot_control.topics import GROUND_TRUTH, LOOP_TOPICS, RUN_TOPICS
+from mobile_robot_control.topics import GROUND_TRUTH, LOOP_TOPICS, PLAIN_TWIST, RUN_TOPICS
 
 _ODOMETRY = LOOP_TOPICS['odom'].kind
 _STAMPED = LOOP_TOPICS['cmd_vel'].kind
@@ -96,11 +95,11 @@ class Exciter(Node):
             return self._sources()
         topic = self.resolve_topic_name(self._command)
         kinds = {info.topic_type for info in self.get_subscriptions_info_by_topic(topic)}
-        known = [kind for kind in (_STAMPED, PLAIN) if kind in kinds]
+        known = [kind for kind in (_STAMPED, PLAIN_TWIST) if kind in kinds]
         if not known:
             return (f'no robot takes {topic} as TwistStamped or Twist; start its driver, or name the topic with '
                     '--topic cmd_vel:=/NAME')
-        self._kind = known[0] if len(known) == 1 else _STAMPED if self._stamped else PLAIN
+        self._kind = known[0] if len(known) == 1 else _STAMPED if self._stamped else PLAIN_TWIST
         return ''
 
     def _sources(self) -> str:

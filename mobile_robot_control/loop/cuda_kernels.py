@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
-from unittest import mock
 
 import numba.cuda
 import numpy as np
@@ -80,8 +79,12 @@ def uncontracted() -> Iterator[None]:
         return
     _take_python_extremes()
     nvvm = _part('codegen').nvvm
-    with mock.patch.object(nvvm, 'compile_ir', functools.partial(nvvm.compile_ir, fma=False)):
+    contracting = nvvm.compile_ir
+    nvvm.compile_ir = functools.partial(contracting, fma=False)
+    try:
         yield
+    finally:
+        nvvm.compile_ir = contracting
 
 
 def differs(assembly: str) -> str:

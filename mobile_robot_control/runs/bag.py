@@ -28,7 +28,7 @@ from mobile_robot_control.runs.errors import with_errors
 from mobile_robot_control.runs.samples import LastRun, Messages, samples_of
 from mobile_robot_control.runs.series import Series, Signal, describe_gaps, empty_signal
 from mobile_robot_control.system.texts import shortened
-from mobile_robot_control.topics import EVENTS, GROUND_TRUTH, RECORDED_TOPICS, RUN_TOPICS
+from mobile_robot_control.topics import EVENTS, GROUND_TRUTH, PLAIN_TWIST, RECORDED_TOPICS, RUN_TOPICS
 
 NAMES = tuple(RUN_TOPICS)
 """Topics sought in a bag."""
@@ -135,9 +135,8 @@ def stamped_by_receipt(plain: Signal, clock: Signal) -> Signal:
 
 _LATEST = 1 << 63
 """[ns]: times of receipt are stored in 64 bits."""
-_PLAIN_TWIST = 'geometry_msgs/msg/Twist'
 _KINDS = {**{name: (topic.kind,) for name, topic in RUN_TOPICS.items()},
-          'cmd_vel': (RUN_TOPICS['cmd_vel'].kind, _PLAIN_TWIST)}
+          'cmd_vel': (RUN_TOPICS['cmd_vel'].kind, PLAIN_TWIST)}
 """Possible types of a topic."""
 _EVENTS_KIND = 'diagnostic_msgs/msg/DiagnosticArray'
 
@@ -211,7 +210,7 @@ class _Reading:
             raise RefusedMessageError('received at no possible time', f'{received} ns')
         if not isinstance(data, bytes):
             raise RefusedMessageError('not readable', f'{type(data).__name__} instead of bytes')
-        if kind == _PLAIN_TWIST:
+        if kind == PLAIN_TWIST:
             self._without_stamp = True
             return received, read_or_refuse(kind, (partial(deserialise, kind), read_plain_twist), data)
         stamp = serialised_stamp(data)

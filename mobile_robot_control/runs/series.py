@@ -7,13 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_robot_control.figures.figure import Floats, Line
+from mobile_robot_control.quantities import WALL
 from mobile_robot_control.runs.columns import COLUMNS, TRUE_ERROR
 from mobile_robot_control.topics import GROUND_TRUTH, LOOP_TOPICS, POSITION_TOPICS, RUN_TOPICS
 
 Stamps = NDArray[np.int64]
 _NOTHING = Line(np.zeros(0), np.zeros(0))
-_WALL = 10**15
-"""[ns]: eleven days; later stamps come from a wall clock, not from a run."""
 
 
 class Signal(NamedTuple):
@@ -69,7 +68,7 @@ class Series:
         first = {topic: int(signal.stamps[0]) for topic, signal in self.signals.items() if signal.stamps.size}
         begun = first.get('reference', min(first.values(), default=0))
         odom, reference = (np.unique(self.signals[topic].stamps) for topic in ('odom', 'reference'))
-        self.is_lockstep = begun <= _WALL and (not odom.size or not reference.size or 2 * np.intersect1d(
+        self.is_lockstep = begun <= WALL and (not odom.size or not reference.size or 2 * np.intersect1d(
             odom, reference, assume_unique=True).size > max(odom.size, reference.size))
         self.origin = 0 if self.is_lockstep else begun
 

@@ -11,7 +11,7 @@ from mobile_robot_control.messages.topic_forms import Conventions
 from mobile_robot_control.quantities import period_nanoseconds
 from mobile_robot_control.ros.shared.inputs import InputValidator
 from mobile_robot_control.settings.shared import Shared
-from mobile_robot_control.topics import ALL_LOOP_TOPICS
+from mobile_robot_control.topics import ALL_LOOP_TOPICS, PLAIN_TWIST
 
 
 def bytes_reader(kind: str, *steps: Callable[[Any], Any]) -> Callable[[bytes], Any]:
@@ -50,8 +50,7 @@ def _conventions(shared: Shared) -> Conventions:
         period_nanoseconds(shared.position_rate), shared.stamped_cmd_vel)
 
 
-PLAIN = 'geometry_msgs/msg/Twist'
-_READ = bytes_reader(PLAIN, read_plain_twist)
+_READ = bytes_reader(PLAIN_TWIST, read_plain_twist)
 
 
 def stamped_on_receipt(

@@ -15,7 +15,7 @@ from rclpy.publisher import Publisher
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import period_nanoseconds
 from mobile_robot_control.ros.shared.clock import refuse_negative_time
-from mobile_robot_control.ros.shared.conversions import PLAIN, stamped_on_receipt, writer
+from mobile_robot_control.ros.shared.conversions import stamped_on_receipt, writer
 from mobile_robot_control.ros.shared.diagnostics import Condition, Diagnostics, OverrunCounter
 from mobile_robot_control.ros.shared.inputs import InputMonitor, InputValidator
 from mobile_robot_control.ros.shared.lockstep import Outputs
@@ -32,6 +32,7 @@ from mobile_robot_control.topics import (
     LOOPS,
     OTHER_INPUTS,
     OTHER_TOPICS,
+    PLAIN_TWIST,
     RECORDED_TOPICS,
     LoopGraph,
 )
@@ -132,14 +133,16 @@ class LoopNode(Node, Generic[NodeGroup]):
 
         kind = self.kind(topic)
         subscribe_to(
-            self, topic, stamped_on_receipt(self.validator, self._clock_stamp, receive) if kind == PLAIN else receive,
+            self, topic,
+            stamped_on_receipt(self.validator, self._clock_stamp, receive) if kind == PLAIN_TWIST else receive,
             self._mode.quality(topic), kind, event_callbacks=SubscriptionEventCallbacks(
                 incompatible_qos=partial(self.watch.note_unfit, topic, 'publisher')))
 
     def kind(self, topic: str) -> str:
         """Return the type of a topic's messages."""
         kind = {**RECORDED_TOPICS, **self.loop.topics}[topic].kind
-        return PLAIN if kind == LOOPS['torque'].topics['cmd_vel'].kind and not self.shared.stamped_cmd_vel else kind
+        is_command = kind == LOOPS['torque'].topics['cmd_vel'].kind
+        return PLAIN_TWIST if is_command and not self.shared.stamped_cmd_vel else kind
 
     def _start(self) -> None:
         """Start the parameter services and the diagnostics."""
