@@ -9,7 +9,7 @@ LOADED = {
     'velocity_controller': 'mobile_robot_control.ros.velocity.velocity_controller:VelocityController',
     'position_controller': 'mobile_robot_control.ros.position.position_controller:PositionController',
     'reference_cart': 'mobile_robot_control.ros.cart.reference_cart:ReferenceCart',
-    'own_node': 'mobile_robot_control.ros.start.step_node:StepNode',
+    'own_node': 'mobile_robot_control.ros.own_node.step_node:StepNode',
 }
 """Modules and what is taken from them, as entry points have them."""
 
