@@ -216,7 +216,7 @@ def test_a_standing_cart_takes_the_newest_correction_for_its_next_path(domain, t
         node.destroy_node()
 
 
-@pytest.mark.parametrize('count', [8, pytest.param(500, marks=pytest.mark.soak)])
+@pytest.mark.parametrize('count', [8, pytest.param(500, marks=[pytest.mark.soak, pytest.mark.timeout(1800)])])
 def test_a_cart_moves_only_for_a_goal_or_a_path_that_is_still_asked(domain, tmp_path, monkeypatch, count):
     interfaces.need('nav2_msgs', 'action')
     ended, driven = Counter(), 0

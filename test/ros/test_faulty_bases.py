@@ -111,7 +111,8 @@ def test_a_robot_whose_base_and_controller_start_again_stands_until_it_is_releas
     base.start('--at', *ZERO, '--ros-args', '-r', 'odom:=early')
     base.told.clear()
     base.start_nodes('position_controller', arguments=['-r', 'odom:=early'])
-    robot.spin_until(lambda: 'waits for reference_cart' in base.told.get('position_controller', ''))
+    # the controller may discover the base seconds before this process does
+    robot.spin_until(lambda: heard and 'waits for reference_cart' in base.told.get('position_controller', ''))
     robot.listen(1.5)
     assert read_odometry(heard[-1])[0] == pytest.approx(ZERO)
     robot.recorder.create_subscription(Odometry, 'early', to_cart.publish, 10)

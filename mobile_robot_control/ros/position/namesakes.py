@@ -6,21 +6,26 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable
+from typing import Any
 
 from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
 from std_msgs.msg import String
 
-from mobile_robot_control.ros.shared.qos import LATCHED, SUBSCRIBED, subscribe_to
+from mobile_robot_control.ros.shared.qos import LATCHED, subscribe_to
 from mobile_robot_control.ros.shared.timers import create_steady_timer
 from mobile_robot_control.topics import STOPPED
 
 COMMAND = 'cmd_vel'
-_LOOK, _FIRST = 0.2, 1.0
-"""[s] from one look to the next; after the first command, in which another one may be found that sends already."""
+_LOOK, _CLOSE = 0.2, 1.0
+"""[s] from one look to the next; between the first commands of two nodes of which both count as the younger one."""
 _SENDS = 1.0
 """[s] since its last message for which another one counts."""
 _KEPT = 100
 """Messages of this node that are told from those of others."""
+_LISTENS = QoSProfile(depth=_KEPT, reliability=ReliabilityPolicy.RELIABLE)
 
 
 class Namesakes:
@@ -47,7 +52,8 @@ class Namesakes:
 
     def __init__(self, node: Node, kind: str, stop: Callable[[str], object]) -> None:
         self._node, self._kind, self._stop = node, kind, stop
-        self._begun, self._heard, self._listens, self._is_new = math.inf, -math.inf, False, False
+        self._begun, self._count, self._heard = 0.0, 0, -math.inf
+        self._commands: Subscription[Any] | None = None
         self._sent: deque[bytes] = deque(maxlen=_KEPT)
         self.reason = ''
         create_steady_timer(_LOOK, self._look, node)
@@ -68,25 +74,41 @@ class Namesakes:
 
     def note_sent(self, message: bytes) -> None:
         """Note a command of this node."""
-        self._begun = min(self._begun, time.monotonic())
-        if self._listens:
-            self._sent.append(message)
+        if not self._count:
+            self._begun = time.monotonic()
+        self._count += 1
+        self._sent.append(message)
 
     def _look(self) -> None:
-        if self._listens or self._names(COMMAND).count(True) < 2:
-            return
-        self._listens, self._is_new = True, time.monotonic() - self._begun <= _FIRST
-        subscribe_to(self._node, COMMAND, self._hear, SUBSCRIBED, self._kind)
-        self._node.create_subscription(String, STOPPED, self._hear_stop, LATCHED)
+        if self._commands is None:
+            if self._names(COMMAND).count(True) < 2:
+                return
+            self._node.create_subscription(String, STOPPED, self._hear_stop, LATCHED)
+            # the executor of events fails at a callback that takes the number of a message: this node is polled. It has
+            # no services, which a policy does not allow
+            self._listener = Node(
+                f'{self._node.get_name()}_listener', context=self._node.context, enable_rosout=False,
+                namespace=self._node.get_namespace(), start_parameter_services=False, use_global_arguments=False,
+                parameter_overrides=[Parameter('start_type_description_service', value=False)])
+            self._commands = subscribe_to(
+                self._listener, self._node.resolve_topic_name(COMMAND), lambda _: None, _LISTENS, self._kind)
+        with self._commands.handle:
+            while found := self._commands.handle.take_message(self._commands.msg_type, self._commands.raw):
+                self._hear(*found)
 
-    def _hear(self, message: bytes) -> None:
+    def _hear(self, message: bytes, information: Any) -> None:
         if message in self._sent:
             return
         self._heard = time.monotonic()
-        if self._is_new and not self.reason:
-            self._is_new = False
+        # not every middleware counts
+        if not self.reason and self._is_younger(information.get('publication_sequence_number') or 0):
             self.reason = self.sending()
             self._node.get_logger().error(f'the robot is not driven: {self.reason}')
+
+    def _is_younger(self, sent: int) -> bool:
+        """Return whether another one has sent as many commands as this node: DDS may tell of it seconds later."""
+        age = time.monotonic() - self._begun
+        return self._count * (age - _CLOSE) <= sent * age
 
     def _hear_stop(self, message: String) -> None:
         senders = self._names(STOPPED)
