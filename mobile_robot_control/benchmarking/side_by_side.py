@@ -18,8 +18,9 @@ from mobile_robot_control.loop.batch import Pool, end_with_parent
 from mobile_robot_control.loop.ticks import Form, form_of
 from mobile_robot_control.loop.trial import Outcome, Trial
 from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.parameters.plugins import PluginSource, load_sources, plugin_sources
 from mobile_robot_control.search.objective import RunTrials
-from mobile_robot_control.system.process import LATE
+from mobile_robot_control.system.process import LATE, leave_terminal
 
 _POLL_PERIOD = 0.1
 """[s] between two looks at the workers."""
@@ -164,10 +165,13 @@ def run_side_by_side(
     ChildProcessError
         If a process was killed.
     """
-    # forks know laws that were registered by hand, and import no script again; all begin before the executor's threads
-    context = multiprocessing.get_context('fork')
+    # forks know laws that were registered by hand, and import no script again; all begin before the executor's threads.
+    # Windows has none: there laws come from files
+    forks = hasattr(os, 'fork')
+    context = multiprocessing.get_context('fork' if forks else 'spawn')
+    sources = () if forks else plugin_sources()
     counted, stopping, shown = context.Value('q'), context.RawValue('b', stopped()), 0
-    with ProcessPoolExecutor(workers, context, _begin, (Pool(1), counted, stopping)) as executor:
+    with ProcessPoolExecutor(workers, context, _begin, (sources, Pool(1), counted, stopping)) as executor:
         parts = [executor.submit(_run_part, part, folder) for part in _parts(cells, workers)]
         try:
             while wait(parts, _POLL_PERIOD, FIRST_EXCEPTION).not_done and not any(map(_has_failed, parts)):
@@ -216,11 +220,11 @@ _shared: list[Any] = []
 """In a worker: its pool, the counter of rollouts, and whether to stop."""
 
 
-def _begin(*shared: Any) -> None:
+def _begin(sources: Sequence[PluginSource], *shared: Any) -> None:
     """Prepare a worker, which ends with its parent, even if that is killed: another one may go on with its journals."""
-    for number in (signal.SIGINT, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)
+    leave_terminal()
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    load_sources(sources)
     _shared[:] = shared
     for end in (end_with_parent, _end_late):
         threading.Thread(target=end, daemon=True).start()

@@ -31,7 +31,7 @@ from mobile_robot_control.dashboard.lesson_files import read_lessons
 from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
-from mobile_robot_control.ros.shared.process import Stop, check_environment
+from mobile_robot_control.ros.shared.process import LOAD_ERRORS, Stop, check_environment, load_fault
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.files import read_namespace
 from mobile_robot_control.system.files import encodable_path
@@ -104,14 +104,18 @@ def serve(request: DashboardRequest, stop: Stop) -> None:
     listening = _listen(request.host, request.port)
     port = listening.getsockname()[1]
     token = '' if _is_local(request.host) else secrets.token_urlsafe(18)
-    # imported late: usage errors appear at once
-    from mobile_robot_control.dashboard.actions import Actions  # noqa: PLC0415
-    from mobile_robot_control.dashboard.link import RobotLink  # noqa: PLC0415
-    from mobile_robot_control.dashboard.recordings import Recordings  # noqa: PLC0415
-    from mobile_robot_control.dashboard.server import PageServer, Served  # noqa: PLC0415
-    from mobile_robot_control.dashboard.snapshot import shown_state  # noqa: PLC0415
-    from mobile_robot_control.dashboard.started_nodes import StartedNodes  # noqa: PLC0415
-    from mobile_robot_control.experiment.node_processes import use_fastdds_profiles  # noqa: PLC0415
+    try:
+        # imported late: usage errors appear at once
+        from mobile_robot_control.dashboard.actions import Actions  # noqa: PLC0415
+        from mobile_robot_control.dashboard.link import RobotLink  # noqa: PLC0415
+        from mobile_robot_control.dashboard.recordings import Recordings  # noqa: PLC0415
+        from mobile_robot_control.dashboard.server import PageServer, Served  # noqa: PLC0415
+        from mobile_robot_control.dashboard.snapshot import shown_state  # noqa: PLC0415
+        from mobile_robot_control.dashboard.started_nodes import StartedNodes  # noqa: PLC0415
+        from mobile_robot_control.experiment.node_processes import use_fastdds_profiles  # noqa: PLC0415
+    except LOAD_ERRORS as error:
+        listening.close()
+        raise ParameterError([load_fault(error)]) from error
 
     with contextlib.ExitStack() as opened:
         opened.callback(listening.close)

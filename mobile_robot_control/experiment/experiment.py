@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from mobile_robot_control.experiment.folders import WRITTEN, experiment_folders
 from mobile_robot_control.experiment.node_processes import START
-from mobile_robot_control.experiment.runner import ExperimentResult
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
 from mobile_robot_control.ros.shared.process import LOAD_ERRORS, Stop, check_environment, load_fault
@@ -20,7 +19,7 @@ from mobile_robot_control.system.supervisor import Supervisor
 from mobile_robot_control.system.texts import distinct, printable
 
 if TYPE_CHECKING:
-    from mobile_robot_control.experiment.runner import Procedure
+    from mobile_robot_control.experiment.runner import ExperimentResult, Procedure
 
 
 class ExperimentRequest(NamedTuple):
@@ -58,7 +57,7 @@ class Performed(NamedTuple):
 
     """
 
-    result: ExperimentResult
+    result: 'ExperimentResult'
     metrics: dict[str, Any]
     parameters: Configuration
 

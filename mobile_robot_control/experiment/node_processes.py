@@ -8,8 +8,6 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from rclpy.utilities import get_rmw_implementation_identifier
-
 from mobile_robot_control.parameters.plugins import plugin_environment
 from mobile_robot_control.ros.shared.process import ros_home
 
@@ -94,6 +92,8 @@ def use_fastdds_profiles(folder: Path) -> None:
     """
     if any(variable in os.environ for variable in PROFILES_VARIABLES):
         return
+    from rclpy.utilities import get_rmw_implementation_identifier  # noqa: PLC0415 (absent without ROS)
+
     local = get_rmw_implementation_identifier().startswith('rmw_fastrtps') and _is_local()
     # the library of Fast DDS 2, which the line above has loaded
     is_2 = 'libfastrtps.so' in Path('/proc/self/maps').read_text(encoding='utf-8')

@@ -4,7 +4,6 @@ import multiprocessing
 import os
 import pickle
 import re
-import signal
 import sys
 import threading
 from collections.abc import Callable, Sequence
@@ -37,6 +36,7 @@ from mobile_robot_control.quantities import (
     Pose,
     Reference,
 )
+from mobile_robot_control.system.process import leave_terminal
 from mobile_robot_control.system.texts import describe_error
 
 _BEGIN = 'Failed in nopython mode pipeline'
@@ -394,7 +394,6 @@ def end_with_parent() -> None:
 
 def _begin_worker(sources: Sequence[PluginSource]) -> None:
     """Prepare a process: leave Ctrl-C and a closed terminal to its parent, and load its files of laws and curves."""
-    for number in (signal.SIGINT, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)
+    leave_terminal()
     threading.Thread(target=end_with_parent, daemon=True).start()
     load_sources(sources)

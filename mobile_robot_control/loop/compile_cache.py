@@ -1,6 +1,5 @@
 """The compiler: signals wait for its end, and its functions are kept on disk for the next program."""
 
-import fcntl
 import hashlib
 import os
 import shutil
@@ -20,8 +19,12 @@ import numba.core.config
 import numba.core.event
 
 from mobile_robot_control.jit import BEGUN
+from mobile_robot_control.system.process import ending_signals
 from mobile_robot_control.system.texts import printable
 
+fcntl: Any = None
+with suppress(ImportError):  # Windows has none
+    import fcntl
 _caching: Any = numba.core.caching
 _config: Any = numba.core.config
 _event: Any = numba.core.event
@@ -45,7 +48,7 @@ class _Undisturbed(_event.Listener):  # type: ignore[misc,unused-ignore]
             return
         self._depth += 1
         if self._depth == 1:
-            before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
+            before = {number: signal.getsignal(number) for number in ending_signals()}
             self._before = {number: handler for number, handler in before.items() if callable(handler)}
             for number in self._before:
                 signal.signal(number, self._note)
@@ -81,11 +84,14 @@ def folder() -> Path | None:
     Return the folder for machine code of the modules as they were imported; None where that is not certain.
 
     numba's own cache looks at the file of a function alone, and not at those of its callees. What lies in the folder
-    is unpickled, and runs: where others could write it there is none, which is told once.
+    is unpickled, and runs: where others could write it there is none, which is told once. Windows, where that is not
+    known, has none.
     """
     sources, files = hashlib.sha256(), sorted(PACKAGE.rglob('*.py'))
     for file in files:
         sources.update(f'{file.relative_to(PACKAGE)}\n'.encode() + file.read_bytes())
+    if fcntl is None:
+        return None
     # a file that was edited since then is not the module that runs here
     as_imported = files and all(file.stat().st_mtime < BEGUN for file in files)
     if not as_imported:

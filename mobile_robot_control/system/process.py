@@ -56,10 +56,19 @@ _LAST = 5.0
 """[s] after that in which the process has to end."""
 
 
+HANGUP = [signal.SIGHUP] if hasattr(signal, 'SIGHUP') else []
+"""The signal of a closed terminal, where there is one."""
+
+
 def ending_signals() -> list[signal.Signals]:
     """Return the signals of Ctrl-C, kill and a closed terminal, which ask to end; not the last one under nohup."""
-    hangs_up = signal.getsignal(signal.SIGHUP) != signal.SIG_IGN
-    return [signal.SIGINT, signal.SIGTERM, *[signal.SIGHUP] * hangs_up]
+    return [signal.SIGINT, signal.SIGTERM, *[one for one in HANGUP if signal.getsignal(one) != signal.SIG_IGN]]
+
+
+def leave_terminal() -> None:
+    """Leave Ctrl-C and a closed terminal, which reach all processes of that, to the parent."""
+    for number in (signal.SIGINT, *HANGUP):
+        signal.signal(number, signal.SIG_IGN)
 
 
 class Interrupt:
@@ -83,7 +92,7 @@ class Interrupt:
 
     def _note(self, number: int, _frame: object) -> None:
         # a closed terminal and its shell send one each
-        if self._requested and number != signal.SIGHUP:
+        if self._requested and number not in HANGUP:
             raise KeyboardInterrupt
         self._requested = True
 
@@ -100,7 +109,8 @@ class Interrupt:
     def __enter__(self) -> 'Interrupt':
         # the interpreter writes there at once, also in compiled code, where no handler runs
         self._signals, self._pipe = os.pipe()
-        os.set_blocking(self._pipe, False)
+        if hasattr(os, 'set_blocking'):
+            os.set_blocking(self._pipe, False)
         self._wakeup = signal.set_wakeup_fd(self._pipe, warn_on_full_buffer=False)
         self._before = {number: signal.signal(number, self._note) for number in ending_signals()}
         self._thread = threading.Thread(target=self._watch, daemon=True)
