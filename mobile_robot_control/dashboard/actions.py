@@ -76,7 +76,7 @@ class Actions:
             self._present, self._initial, self._change, self._begin_run, self._paths.follow, self._paths.resume))
         self._handlers: dict[str, Callable[[Mapping[str, Any]], Awaitable[Answer]]] = {
             'set': self._set, 'save': self._save, 'record': self._record,
-            'finish': self._finish, 'reset': self._reset, 'step': self._step,
+            'finish': self._finish, 'reset': self._new_run, 'step': self._step,
             'curve': self._curve, 'disturb': self._disturb,
             'surface': self._surface, 'plan': self._plan, 'path': self._path, 'restart': self._restart,
             'law': self._law, 'undo_law': self._undo_law,
@@ -139,6 +139,10 @@ class Actions:
             if not changed.good:
                 return changed
         return await self._trigger('reset')
+
+    async def _new_run(self, request: Mapping[str, Any]) -> Answer:
+        """Do the same, and send the last path of the page again if the cart awaits one."""
+        return await self._paths.run_again(request.get('pose')) or await self._reset(request)
 
     async def _disturb(self, request: Mapping[str, Any]) -> Answer:
         key = request.get('key')

@@ -9,6 +9,7 @@ from mobile_robot_control.dashboard.link import RobotLink
 from mobile_robot_control.dashboard.publishing import Drawn, headed, on_a_path, planned
 from mobile_robot_control.dashboard.service_calls import Answer, RefusedRequestError
 from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.path_parameters import NO_FILE
 
 _PATIENCE, _LOOK = 8.0, 0.05
 """[s] of wall time for a cart to accept a path or refuse it, and between two checks."""
@@ -18,7 +19,7 @@ _HELD = 3.0
 
 class PathDriver:
     """
-    Sends paths to the cart, and remembers the last drawn one.
+    Sends paths to the cart, and remembers the last one and the last drawn one.
 
     Parameters
     ----------
@@ -35,13 +36,14 @@ class PathDriver:
         begin_run: Callable[[Sequence[float] | None], Awaitable[int]],
     ) -> None:
         self._link, self._present, self._change, self._begin_run = link, present, change, begin_run
-        self._sent: list[Drawn] = []
+        self._drawn: Sequence[Drawn] = ()
+        self._last: Sequence[Drawn] = ()
 
     async def path(self, points: list[Drawn], limits: Mapping[str, float]) -> Answer:
         """Send a drawn path to the cart, in a new run at its start if the cart drives a curve or its limits change."""
         values = (await self._present()).get('reference_cart', {})
         await asyncio.to_thread(planned, values, points, limits)
-        self._sent = points
+        self._drawn = points
         if on_a_path(values, points, limits):
             return (await self._drive(points, limits))[1]
         return await self._send_path(points)
@@ -59,6 +61,7 @@ class PathDriver:
 
     async def _send_path(self, points: Sequence[Drawn]) -> Answer:
         """Send a path to the cart."""
+        self._last = points
         frame = (await self._present())['reference_cart']['odom_frame_id']
         before = await self._course_changes()
         await asyncio.wrap_future(self._link.submit(lambda: self._link.paths.send(points, frame)))
@@ -77,9 +80,23 @@ class PathDriver:
 
     async def resume(self) -> None:
         """Send the last drawn path again, if the cart awaits it after a lesson."""
+        self._last = self._drawn
+        if await self._is_awaited():
+            await self._send_path(self._last)
+
+    async def _is_awaited(self) -> bool:
+        """Return whether a new run of the cart awaits a path, and the page has sent one."""
         cart = (await self._present()).get('reference_cart', {})
-        if self._sent and cart.get('curve') == PATH:
-            await self._send_path(self._sent)
+        return bool(self._last) and cart.get('curve') == PATH and cart.get('path.file') == NO_FILE
+
+    async def run_again(self, pose: Sequence[float] | None) -> Answer | None:
+        """Begin a new run along the last path, from a pose as `begin_run` takes it; None if the cart needs none."""
+        lockstep = (await self._present()).get('plant', {}).get('lockstep') is True
+        # on the wall clock a reset moves the robot alone, and the cart keeps its path
+        if not (lockstep and await self._is_awaited()):
+            return None
+        await self._begin_run(pose)
+        return await self._send_path(self._last)
 
     async def _course_changes(self) -> Counter[str]:
         """Return the number of course changes, refused paths and unchanged plans of the cart, by event or reason."""

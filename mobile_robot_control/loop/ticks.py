@@ -58,6 +58,8 @@ class Form(NamedTuple):
         Whether the performance indices are summed, in such a run.
     band : float
         Limit of a settled error [m].
+    by_odometry : bool
+        Whether such a run is measured by its odometry, and not by its true pose.
     """
 
     plant: PlantForm = IDEAL
@@ -69,6 +71,7 @@ class Form(NamedTuple):
     varies: bool = False
     indices: bool = False
     band: float = BAND
+    by_odometry: bool = False
 
 
 IDEAL_FORM = Form()
@@ -98,10 +101,12 @@ def make_position_tick(
 
     It is ``position_tick(state, references, k, time, loop) -> (state, PositionTick, TrackingError)``. The references
     are those of this tick and of the form's horizon; k counts the steps of the velocity loop; the last result is the
-    true error, which the sensors hide. If the law has failed, the command sent is FAILED.
+    true error, which the sensors hide, or that of a form by odometry. If the law has failed, the command sent is
+    FAILED.
     """
     measured_odometry, odometry_age = sensing(form.plant).odometry, sensing(form.plant).age
     position_step = make_position_step(law_step, position_form(form))
+    by_odometry = form.by_odometry
 
     def position_tick(
         state: LoopState, references: tuple[Reference, ...], k: int, time: float, loop: Loop
@@ -112,7 +117,8 @@ def make_position_tick(
         position, command, acceleration, error, seen = position_step(
             state.position, state.sent.command, SeenOdometry(pose, velocity, age), references, loop.position,
             loop.position_dt)
-        true = error if seen == robot.motion.pose else tracking_error(reference.pose, robot.motion.pose)
+        shown = pose if by_odometry else robot.motion.pose
+        true = error if seen == shown else tracking_error(reference.pose, shown)
         return (
             LoopState(robot, state.velocity, position=position, sent=Sent(command, acceleration, k)),
             PositionTick(time, pose, velocity, reference, error),

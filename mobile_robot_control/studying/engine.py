@@ -275,6 +275,14 @@ def studied_controllers(request: StudyRequest) -> dict[str, Configuration]:
     return named
 
 
+def drawing_of(request: StudyRequest, parameters: Configuration, by_odometry: bool = False) -> Drawing:
+    """Return what the runs of a controller have in common, judged by their true pose or by odometry."""
+    return Drawing(
+        parameters, request.laps, request.laps * 0.75,
+        lambda form: form._replace(indices=not by_odometry, band=request.settled_within, by_odometry=by_odometry),
+        request.success_within, {})
+
+
 def run_study(
     request: StudyRequest, controllers: Mapping[str, Configuration], run: TrialRunner,
     progress: Callable[[int], object], stopped: Callable[[], bool],
@@ -305,9 +313,7 @@ def run_study(
         if stopped():
             break
         scenarios = drawn_scenarios(request, parameters)
-        drawing = Drawing(parameters, request.laps, request.laps * 0.75,
-                          lambda form: form._replace(indices=True, band=request.settled_within),
-                          request.success_within, {})
+        drawing = drawing_of(request, parameters)
         rows: list[Floats] = []
         first, size = 0, _BATCH
         while first < len(scenarios) and not stopped():

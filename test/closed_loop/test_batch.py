@@ -37,22 +37,22 @@ def numbers(value):
     return [x for part in value for x in numbers(part)] if isinstance(value, tuple) else [value]
 
 
+@pytest.mark.parametrize('plant', [ROUGH, pytest.param({'initial_pose': [0.9, 0.1, 1.0]}, marks=pytest.mark.soak)])
 @pytest.mark.parametrize(('law', 'delay', 'varies'), [
     # each takes seconds to compile, and the hybrid law has the ordinary one within
     pytest.param('backstepping', 0, True, marks=pytest.mark.soak), ('hybrid_backstepping', 1, True),
     pytest.param('fuzzy', 0, False, marks=pytest.mark.soak),
 ])
-def test_plain_and_compiled_form_agree_over_a_lap(law, delay, varies):
+def test_plain_and_compiled_form_agree_over_a_lap(law, delay, varies, plant):
     pytest.importorskip('numba')
-    for plant in ({'initial_pose': [0.9, 0.1, 1.0]}, ROUGH):
-        trial = make_trial(configured(law, {**plant, 'delay.velocity_steps': delay}), LAP, late=12.0)
-        trial = trial._replace(form=trial.form._replace(varies=varies, indices=varies))
-        (compiled,), (plain,) = batch.run_trials([trial], True), batch.run_trials([trial], False)
-        assert compiled.steps == plain.steps == 8000
-        assert (plain.variation > 0.0) == varies
-        for a, b in zip(numbers(compiled), numbers(plain), strict=True):
-            # the highest torque of no torque at all is -inf
-            assert a == b or abs(a - b) <= 1e-9 * max(1.0, abs(b))
+    trial = make_trial(configured(law, {**plant, 'delay.velocity_steps': delay}), LAP, late=12.0)
+    trial = trial._replace(form=trial.form._replace(varies=varies, indices=varies))
+    (compiled,), (plain,) = batch.run_trials([trial], True), batch.run_trials([trial], False)
+    assert compiled.steps == plain.steps == 8000
+    assert (plain.variation > 0.0) == varies
+    for a, b in zip(numbers(compiled), numbers(plain), strict=True):
+        # the highest torque of no torque at all is -inf
+        assert a == b or abs(a - b) <= 1e-9 * max(1.0, abs(b))
 
 
 @pytest.mark.parametrize('law', ['backstepping', pytest.param('fuzzy', marks=pytest.mark.soak)])

@@ -116,10 +116,10 @@ COURSES = [('trifolium', []), ('lemniscate', []), ('path', [
     'reference_cart.timing.max_angular_velocity:=0.8', 'reference_cart.timing.max_angular_acceleration:=2.0'])]
 
 
-def identified_file(base, folder, *also):
+def identified_file(base, folder, *also, seconds=60.0):
     """Excite and identify a stand-in base; return the file."""
     file = folder / 'found.yaml'
-    file.write_text(parameter_text(identified(record_stand_in(folder / 'bag', base), *also, same_clock=True)))
+    file.write_text(parameter_text(identified(record_stand_in(folder / 'bag', base, seconds), *also, same_clock=True)))
     return file
 
 
@@ -139,7 +139,7 @@ def promise_and_error(base, found, gains=(), courses=COURSES):
 
 def test_what_the_file_of_an_identified_base_promises_is_what_the_base_does(tmp_path):
     base = BASES['stand-in']
-    for promise, error in promise_and_error(base, identified_file(base, tmp_path), courses=COURSES[2:]):
+    for promise, error in promise_and_error(base, identified_file(base, tmp_path, seconds=30.0), courses=COURSES[2:]):
         assert promise == pytest.approx(error, rel=0.3)
 
 
@@ -195,7 +195,7 @@ def test_mass_inertia_and_friction_are_found_from_efforts_of_which_some_are_lost
             'plant.friction.coulomb': 0.02}
     parameters = configure(load([], [*true.items(), *motors, ('plant.encoders.ticks', 2000)]))
     random = np.random.default_rng(1)
-    bag = record_run(tmp_path / 'bag', (one for one in rollout(parameters, 12.0) if random.random() > 0.05))
+    bag = record_run(tmp_path / 'bag', (one for one in rollout(parameters, 8.0) if random.random() > 0.05))
     found = mrc.identify(bag)
     told = {one.name: one for one in found.parameters}
     assert all(abs(told[name].value - value) < 1.5 * (told[name].high - told[name].value)

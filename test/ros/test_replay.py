@@ -30,8 +30,9 @@ def _set(robot, node, **values):
 def _changed_run(robot, output):
     """Run an experiment with live changes, pushes, a reset, a path and a stop."""
     run = start(output, '--duration', 3.0, *(word for value in (
-        'plant.noise.velocity:=0.01', '/**.reference_horizon:=1', '/**.feedforward.enabled:=true',
-        'reference_cart.timing.max_linear_velocity:=0.5', 'reference_cart.timing.max_wheel_torque:=0.5',
+        '/**.velocity_rate:=200.0', 'plant.noise.velocity:=0.01', '/**.reference_horizon:=1',
+        '/**.feedforward.enabled:=true', 'reference_cart.timing.max_linear_velocity:=0.5',
+        'reference_cart.timing.max_wheel_torque:=0.5',
     ) for word in ('-p', value)))
     events = []
     robot.recorder.create_subscription(DiagnosticArray, 'events', lambda message: events.extend(
@@ -81,7 +82,7 @@ def test_a_changed_run_is_replayed_to_the_last_bit(robot, tmp_path):
     # two runs, the second one whole
     stamps = [serialised_stamp(message) for message in ours['joint_states']]
     assert stamps.count(0) == 2
-    assert stamps[-1501:] == [2_000_000 * k for k in range(1501)]
+    assert stamps[-601:] == [5_000_000 * k for k in range(601)]
     assert json.loads((replayed / 'metrics.json').read_text())['duration'] == 3.0
     # the cart has stopped on its way
     last = read_bag(recorded / 'bag').samples[-1].tick
@@ -115,7 +116,7 @@ def test_a_run_of_waypoints_is_replayed_when_their_file_has_gone_until_a_node_is
 
 
 REVERSING = """
-/**: {ros__parameters: {reference_horizon: 1, feedforward.enabled: true}}
+/**: {ros__parameters: {velocity_rate: 200.0, reference_horizon: 1, feedforward.enabled: true}}
 /**/reference_cart:
   ros__parameters:
     curve: path

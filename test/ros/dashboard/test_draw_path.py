@@ -58,6 +58,7 @@ def test_a_drawn_path_is_planned_sent_and_followed_and_another_one_joins_it(page
     assert page.number('run') == run
     page.choose('speed', '1')
     page.wait(lambda: 'arrived' in page.text('nodes'))
+    page.choose('speed', '0.1')
     # from its end on the spot to the right, and backwards; the pointer takes the last point back
     buttons['Clear'].click()
     scene.send_keys(Keys.ENTER, *[Keys.ARROW_RIGHT] * 5, Keys.ENTER, 't', *[Keys.ARROW_DOWN] * 5, Keys.ENTER, 'b',
@@ -71,6 +72,7 @@ def test_a_drawn_path_is_planned_sent_and_followed_and_another_one_joins_it(page
         'const phase = v(row) > 0.1 ? "ahead" : v(row) < -0.1 ? "back"'
         ': v(row) === 0 && Math.abs(omega(row)) > 0.1 ? "turn" : "";'
         'if (phase && phase !== window.phases[window.phases.length - 1]) window.phases.push(phase); }))')
+    page.choose('speed', '1')
     buttons['Send'].click()
     page.wait(lambda: _words(page) == 'The cart follows it.')
     assert live.asker.value('/reference_cart', 'path.turn_back') == 'reverse'

@@ -241,6 +241,7 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     page.wait(lambda: f'{P} = {dragged}' in page.text('changes'))
     # what is recorded is written twice a second
     page.wait(lambda: f'{P} = {dragged}'.encode() in recorded.read_bytes())
+    page.choose('speed', '0.1')
     page.find('#save').click()
     page.wait(lambda: page.text('saved').startswith('parameters_'))
     load_plugins([str(PLUGINS / 'kanayama.py')], [str(PLUGINS / 'ellipse.py')])

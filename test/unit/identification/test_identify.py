@@ -216,8 +216,8 @@ def _later(message, by, received):
 
 
 @pytest.mark.parametrize(('gap', 'received', 'share'), [
-    (10**18, 10**18, 0.1), (0, 10**12, 0.9), (10**18, 0, 0.1),
-    *(pytest.param(*row, marks=pytest.mark.soak) for row in ((10**18, 10**18, 0.9), (10**12, 10**12, 0.5)))])
+    (10**18, 10**18, 0.1), (0, 10**12, 0.9), *(pytest.param(*row, marks=pytest.mark.soak) for row in (
+        (10**18, 0, 0.1), (10**18, 10**18, 0.9), (10**12, 10**12, 0.5)))])
 def test_a_gap_of_any_length_leaves_what_lies_before_and_after_it(bag, tmp_path, capsys, gap, received, share):
     # before the gap all is earlier: a stamp after it would be beyond the range of messages
     broken = _rewritten(bag, tmp_path / 'broken', lambda message, place: _later(

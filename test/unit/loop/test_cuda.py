@@ -15,6 +15,7 @@ pytest.importorskip('numba')
 
 # the simulator is chosen before numba is imported; it runs Python, and so shows rows and launches, not code
 KERNELS = """
+import sys
 from contextlib import suppress
 
 import numpy as np
@@ -32,8 +33,10 @@ from mobile_robot_control.settings.configure import ParameterSources
 
 gpu = Cuda()
 noisy = ScenarioDistribution(('trifolium',), (0.5,), noise=Noise((0.01, 0.01, 0.0), 0.01))
-for law in LAWS:
-    for robot in (None, 'create3', 'turtlebot3_burger'):
+robots = (None, 'create3', 'turtlebot3_burger')
+# each law on one robot, or with "all" on each
+for n, law in enumerate(LAWS):
+    for robot in robots if sys.argv[1:] == ['all'] else [robots[n % 3]]:
         loop = ParameterSources(robot=robot).with_values({'position_controller.controller_type': law}).configuration()
         one = make_trial(loop, 0.04)
         trials = [one, one._replace(form=one.form._replace(indices=True))]
@@ -67,8 +70,9 @@ for run in (lambda: gpu([one]), lambda: gpu.each(run_draws, [runs], law)):
 """
 
 
-def test_the_kernels_of_each_law_and_drive_are_the_plain_rollouts_in_the_simulator():
-    done = subprocess.run([sys.executable, '-c', KERNELS], env={**os.environ, 'NUMBA_ENABLE_CUDASIM': '1'},
+@pytest.mark.parametrize('which', ['some', pytest.param('all', marks=pytest.mark.soak)])
+def test_the_kernels_of_each_law_and_drive_are_the_plain_rollouts_in_the_simulator(which):
+    done = subprocess.run([sys.executable, '-c', KERNELS, which], env={**os.environ, 'NUMBA_ENABLE_CUDASIM': '1'},
                           capture_output=True, text=True, check=False)
     assert done.stdout == 'equal\n', done.stderr
 

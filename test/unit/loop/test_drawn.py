@@ -10,6 +10,7 @@ from mobile_robot_control.control.law import Law
 from mobile_robot_control.loop import batch, drawn
 from mobile_robot_control.loop.drawn import Drawing, judged_rows, run_draws
 from mobile_robot_control.loop.monte_carlo import (
+    METRICS,
     JudgedRuns,
     ScenarioDistribution,
     Scenarios,
@@ -19,6 +20,7 @@ from mobile_robot_control.loop.monte_carlo import (
 from mobile_robot_control.loop.scenarios import scenario_trial
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import BodyVelocity
+from mobile_robot_control.runs.rollout import trial_rollout
 from mobile_robot_control.settings.configure import ParameterSources
 
 LAPS, LATE = 0.02, 0.01
@@ -73,6 +75,21 @@ def test_compiled_draws_are_the_plain_ones_bit_for_bit():
     pytest.importorskip('numba')
     for _, runs in _drawing().runs(draw_scenarios(DISTRIBUTION._replace(longest_delay=0), 20, 1)):
         assert run_draws(runs, True).tobytes() == run_draws(runs, False).tobytes()
+
+
+@pytest.mark.parametrize('compiled', [False, pytest.param(True, marks=pytest.mark.soak)])
+def test_a_run_is_judged_by_odometry_as_its_samples_say(compiled):
+    drift = {'plant.odometry.dead_reckoning': True, 'plant.odometry.separation_error': 0.3}
+    drawing, scenarios = _drawing(**drift), draw_scenarios(DISTRIBUTION._replace(longest_delay=0), 6, 1)
+    for chosen, runs in drawing._replace(form=lambda form: form._replace(by_odometry=True)).runs(scenarios):
+        for n, (success, _, *metrics) in zip(chosen.tolist(), run_draws(runs, compiled).tolist(), strict=True):
+            trial = scenario_trial(drawing.configuration, scenarios[n], LAPS, LATE)
+            samples = [*trial_rollout(trial, drawing.configuration)][trial.late:trial.steps:trial.ratio]
+            seen, true = (max(math.dist(pose[:2], one.tick.reference.pose[:2]) for pose, one in poses) for poses in (
+                [(one.tick.pose, one) for one in samples], [(one.truth.pose, one) for one in samples]))
+            assert metrics[METRICS.index('late_max_position_error')] == pytest.approx(seen, rel=1e-12)
+            assert abs(seen - true) > 1e-6
+            assert success == (seen < drawing.within)
 
 
 def facing_away(state, observation, gains, dt):

@@ -200,7 +200,7 @@ def test_failures_that_odometry_shows_as_successes_are_told(tmp_path, capsys):
     assert study.main([
         '--seed', '1', '--output', str(tmp_path), '--workers', '1', '--runs', '1', '--laps', '1', '--scales', '0.5',
         '--within', '0.01', '--variation', '0.0', *drift]) == 0
-    assert ('success counts the true pose; by odometry 1 of the first 1 failures succeed, where odometry, not a gain, '
+    assert ('success counts the true pose; by odometry 1 of 1 failures succeed, where odometry, not a gain, '
             'is the cause') in ' '.join(capsys.readouterr().out.split())
 
 
