@@ -91,11 +91,13 @@ class Client:
         return abs(self.odom[-1].twist.twist.linear.x) > 0.1
 
     def stands(self, seconds=1.0):
-        """Return whether the robot stands, and stays so."""
-        self.robot.spin_until(lambda: max(map(abs, read_odometry(self.odom[-1])[1])) < 1e-3)
-        at = self.pose[:2]
+        """Return whether cart and robot stand, and stay so; one that silent inputs held up may still reach the cart."""
+        self.robot.spin_until(lambda: max(map(abs, (
+            *read_odometry(self.odom[-1])[1], *read_odometry(self.cart[-1])[1]))) < 1e-3)
+        at, there = self.pose[:2], read_odometry(self.cart[-1])[0]
         self.robot.listen(seconds)
-        return math.dist(at, self.pose[:2]) < 0.005
+        return (math.dist(at, self.pose[:2]) < 0.005 + math.dist(at, there[:2])
+                and read_odometry(self.cart[-1])[0] == there)
 
 
 @pytest.fixture
