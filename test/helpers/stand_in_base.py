@@ -15,7 +15,8 @@ from nav_msgs.msg import Odometry
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
-PERIOD = 0.02
+PERIOD, TIMEOUT = 0.02, 0.5
+"""[s]: as of most bases, the time without a command after which it stops."""
 
 
 class Base(Node):
@@ -24,16 +25,20 @@ class Base(Node):
     def __init__(self, plain, **options):
         super().__init__('base', **options)
         self.frame, self.turns = 'map', 1.0
-        self.x, self.y, self.heading, self.v, self.omega, self.command = 1.0, 0.0, 0.5 * math.pi, 0.0, 0.0, Twist()
+        self.x, self.y, self.heading, self.v, self.omega = 1.0, 0.0, 0.5 * math.pi, 0.0, 0.0
+        self.command, self.silence = Twist(), 0.0
         kind, topic = (Twist, 'plain_cmd_vel') if plain else (TwistStamped, 'cmd_vel')
         self.create_subscription(kind, topic, self.take, 1)
         self.odom = self.create_publisher(Odometry, 'odom', 1)
         self.create_timer(PERIOD, self.move)
 
     def take(self, message):
-        self.command = message if isinstance(message, Twist) else message.twist
+        self.command, self.silence = message if isinstance(message, Twist) else message.twist, 0.0
 
     def move(self):
+        self.silence += PERIOD
+        if self.silence > TIMEOUT:
+            self.command = Twist()
         self.v += (self.command.linear.x - self.v) / 3.0
         self.omega += (self.turns * self.command.angular.z - self.omega) / 3.0
         self.x += PERIOD * self.v * math.cos(self.heading)

@@ -23,7 +23,7 @@ ZERO = (1.0, 0.0, 0.5 * math.pi)
 class Base:
     """A base in a process of its own, its poses, and what the nodes tell."""
 
-    def __init__(self, robot, folder, *options):
+    def __init__(self, robot, folder, *options, arguments=()):
         (folder / 'mine.yaml').write_text(PARAMETERS)
         self._robot, self.odom, self.told, self.process = robot, [], {}, None
         self._files = ['--params-file', str(CONFIG / 'wall_clock.yaml'), '--params-file', str(folder / 'mine.yaml')]
@@ -31,7 +31,7 @@ class Base:
         robot.recorder.create_subscription(DiagnosticArray, '/diagnostics', lambda message: self.told.update(
             {status.name.rpartition('/')[2]: status.message for status in message.status}), 100)
         self.start(*options)
-        self.start_nodes('position_controller', 'reference_cart')
+        self.start_nodes('position_controller', 'reference_cart', arguments=arguments)
 
     def start_nodes(self, *names, arguments=()):
         for name in names:
@@ -69,8 +69,8 @@ def started(robot, tmp_path):
     """A function that starts a base with options; at the end it is killed."""
     made = []
 
-    def start(*options):
-        made.append(Base(robot, tmp_path, *options))
+    def start(*options, arguments=()):
+        made.append(Base(robot, tmp_path, *options, arguments=arguments))
         return made[0]
 
     yield start
@@ -126,7 +126,8 @@ def test_a_robot_whose_base_and_controller_start_again_stands_until_it_is_releas
 
 
 def test_a_robot_that_turns_the_other_way_is_stopped_with_the_reason(robot, started):
-    base = started('--turned')
+    # it turns away from a cart that waits, and stays there: a busy machine may miss that one turn
+    base = started('--turned', arguments=['-p', 'reference_cart:wait:=false'])
     robot.spin_until(lambda: 'odometry moves against the command' in base.told.get('position_controller', ''))
     robot.spin_until(lambda: base.odom and max(map(abs, base.odom[-1][1])) < 1e-3)
 
@@ -141,8 +142,8 @@ def test_a_second_controller_of_one_name_does_not_drive_and_a_stop_holds_for_bot
             tmp_path / 'second.log').read_text())
         # the first one goes on, and no release acts while two send; either of both answers
         robot.listen(1.0)
-        robot.spin_until(base.drives)
-        assert min(twist.linear for _, twist in base.odom[-40:]) > 0.1
+        # on a busy machine silent inputs may stop it for a moment
+        robot.spin_until(lambda: min(twist.linear for _, twist in base.odom[-40:]) > 0.1)
         for _ in range(2):
             assert robot.trigger('position_controller/stop')[0]
         robot.spin_until(lambda: max(map(abs, base.odom[-1][1])) < 1e-3)
@@ -154,5 +155,6 @@ def test_a_second_controller_of_one_name_does_not_drive_and_a_stop_holds_for_bot
         second.wait()
     robot.listen(1.5)
     assert max(map(abs, base.odom[-1][1])) < 1e-3
-    assert robot.trigger('position_controller/release')[0]
+    # the other one counts for some seconds
+    robot.spin_until(lambda: robot.trigger('position_controller/release')[0])
     robot.spin_until(lambda: base.odom[-1][1].linear > 0.05)

@@ -21,8 +21,8 @@ from mobile_robot_control.topics import STOPPED
 COMMAND = 'cmd_vel'
 _LOOK, _CLOSE = 0.2, 1.0
 """[s] from one look to the next; between the first commands of two nodes of which both count as the younger one."""
-_SENDS = 1.0
-"""[s] since its last message for which another one counts."""
+_SENDS, _CONNECTS = 1.0, 5.0
+"""[s] for which another one counts: since its last message, and at first, as DDS may connect with it seconds later."""
 _KEPT = 100
 """Messages of this node that are told from those of others."""
 _LISTENS = QoSProfile(depth=_KEPT, reliability=ReliabilityPolicy.RELIABLE)
@@ -52,7 +52,7 @@ class Namesakes:
 
     def __init__(self, node: Node, kind: str, stop: Callable[[str], object]) -> None:
         self._node, self._kind, self._stop = node, kind, stop
-        self._begun, self._count, self._heard = 0.0, 0, -math.inf
+        self._begun, self._count, self._counts_until = 0.0, 0, -math.inf
         self._commands: Subscription[Any] | None = None
         self._sent: deque[bytes] = deque(maxlen=_KEPT)
         self.reason = ''
@@ -66,7 +66,7 @@ class Namesakes:
 
     def sending(self) -> str:
         """Say that several nodes of this name send commands; '' if no other one does."""
-        if time.monotonic() - self._heard > _SENDS:
+        if time.monotonic() > self._counts_until:
             return ''
         count, name = self._names(COMMAND).count(True), self._node.get_fully_qualified_name()
         return (f'{count} nodes named {name} send {COMMAND}; end all but one, or give each robot a namespace, then '
@@ -83,6 +83,7 @@ class Namesakes:
         if self._commands is None:
             if self._names(COMMAND).count(True) < 2:
                 return
+            self._counts_until = time.monotonic() + _CONNECTS
             self._node.create_subscription(String, STOPPED, self._hear_stop, LATCHED)
             # the executor of events fails at a callback that takes the number of a message: this node is polled. It has
             # no services, which a policy does not allow
@@ -99,7 +100,7 @@ class Namesakes:
     def _hear(self, message: bytes, information: Any) -> None:
         if message in self._sent:
             return
-        self._heard = time.monotonic()
+        self._counts_until = max(self._counts_until, time.monotonic() + _SENDS)
         # not every middleware counts
         if not self.reason and self._is_younger(information.get('publication_sequence_number') or 0):
             self.reason = self.sending()

@@ -65,7 +65,8 @@ def test_the_younger_controller_stands_aside_however_late_it_finds_the_other_one
     monkeypatch.setattr(namesakes, 'Node', lambda *_, context, **__: context)
     monkeypatch.setattr(namesakes, 'subscribe_to', lambda node, *_: node.commands)
     both = [Controller(0.0), Controller(begins)]
-    for n in range(round((found + 1.0) / TICK)):
+    assert both[0].others.sending() == ''
+    for n in range(round((found + 3.0) / TICK)):
         now[0] = n * TICK
         for one in both:
             one.is_found = now[0] >= found
@@ -73,6 +74,10 @@ def test_the_younger_controller_stands_aside_however_late_it_finds_the_other_one
                 one.look()
             one.send(now[0], both)
     assert [one for one in both if one.others.reason] == (both if begins < 1.0 else both[1:])
+    # it has not heard the other one for long, but found it a moment ago
+    assert all(one.others.sending() for one in both)
+    now[0] += 6.0
+    assert not any(one.others.sending() for one in both)
     assert both[1].logged == [
         'the robot is not driven: 2 nodes named /position_controller send cmd_vel; end all but one, or give each robot '
         'a namespace, then call release']
