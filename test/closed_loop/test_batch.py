@@ -128,7 +128,7 @@ def test_a_pool_keeps_the_order(workers):
 
 
 @pytest.mark.parametrize(('module', 'reason'), [
-    ('numba', 'numba is not installed'), ('fcntl', 'the Python module fcntl is missing')])
+    ('numba', 'numba is not installed'), ('llvmlite', 'the Python module llvmlite.binding is missing')])
 def test_without_compilation_trials_run_with_one_warning_of_the_true_reason(module, reason):
     code = (
         f'import sys; sys.modules["{module}"] = None\n'

@@ -4,6 +4,7 @@ import os
 from xml.etree import ElementTree
 
 import pytest
+import rclpy.utilities
 
 from mobile_robot_control.experiment import node_processes
 from mobile_robot_control.experiment.folders import experiment_folders
@@ -60,7 +61,7 @@ def _variables_after(monkeypatch, folder, given, implementation=FAST_DDS):
     """Return the variables of an environment in which the settings of Fast DDS were written to a folder."""
     with monkeypatch.context() as changed:
         changed.setattr(os, 'environ', dict(given))
-        changed.setattr(node_processes, 'get_rmw_implementation_identifier', lambda: implementation)
+        changed.setattr(rclpy.utilities, 'get_rmw_implementation_identifier', lambda: implementation)
         node_processes.use_fastdds_profiles(folder)
         return os.environ
 
