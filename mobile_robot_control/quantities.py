@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 LARGEST = 1e12
 """In SI units, beyond any robot. Larger parameters and messages are refused, and nothing larger is sent."""
-WALL = 10**15
-"""[ns]: eleven days; later stamps come from a wall clock, not from a run."""
 SMALLEST = 1.0 / LARGEST
 """In SI units: the least positive value, since it divides."""
+WALL = 10**15
+"""[ns]: eleven days; later stamps come from a wall clock, not from a run."""
 
 
 class Pose(NamedTuple):

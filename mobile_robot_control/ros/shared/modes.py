@@ -17,7 +17,15 @@ from mobile_robot_control.ros.shared.wall_clock import FixedRateTimer, WallClock
 from mobile_robot_control.topics import MEASURED_TOPICS, LoopGraph
 
 
-class LockstepMode:
+class Mode:
+    """What both modes share."""
+
+    def awaited(self, sources: Mapping[str, str], _others: Iterable[str]) -> list[str]:
+        """Return, in words, what a node awaits of the others before its first step."""
+        return [f'{topic} from {source}' for topic, source in sources.items()]
+
+
+class LockstepMode(Mode):
     """A node answers the questions of the plant; time is that of their stamps."""
 
     def make_clock(self, node: Node, _begin_anew: Callable[[], None]) -> SteadyClock:
@@ -27,10 +35,6 @@ class LockstepMode:
     def sources(self, inputs: Mapping[str, str]) -> dict[str, str]:
         """Return the inputs whose silence is told, and the publisher of each in words."""
         return {**inputs}
-
-    def awaited(self, sources: Mapping[str, str], _others: Iterable[str]) -> list[str]:
-        """Return, in words, what a node awaits of the others before its first step."""
-        return [f'{topic} from {source}' for topic, source in sources.items()]
 
     def listeners(self, loop: LoopGraph, name: str) -> Mapping[str, Any]:
         """Return the nodes that must listen to a node's outputs."""
@@ -47,7 +51,7 @@ class LockstepMode:
         return LockstepDriver(node, inputs, 1.0 / rate, position_period), None
 
 
-class WallClockMode:
+class WallClockMode(Mode):
     """A node steps at its own rate with its newest inputs."""
 
     def make_clock(self, node: Node, begin_anew: Callable[[], None]) -> SteadyClock:
@@ -57,10 +61,6 @@ class WallClockMode:
     def sources(self, inputs: Mapping[str, str]) -> dict[str, str]:
         """Return the inputs whose silence is told; the plant is mostly a robot's driver or another simulator."""
         return {topic: f'the base ({topic})' if node == 'plant' else node for topic, node in inputs.items()}
-
-    def awaited(self, sources: Mapping[str, str], _others: Iterable[str]) -> list[str]:
-        """Return, in words, what a node awaits of the others before its first step."""
-        return [f'{topic} from {source}' for topic, source in sources.items()]
 
     def listeners(self, _loop: LoopGraph, _name: str) -> Mapping[str, Any]:
         """Return no node: none must listen."""
