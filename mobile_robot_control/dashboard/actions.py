@@ -141,7 +141,7 @@ class Actions:
         return await self._trigger('reset')
 
     async def _new_run(self, request: Mapping[str, Any]) -> Answer:
-        """Do the same, and send the last path of the page again if the cart awaits one."""
+        """Begin a new run as `_reset` does, along the last path of the page if the cart awaits one."""
         return await self._paths.run_again(request.get('pose')) or await self._reset(request)
 
     async def _disturb(self, request: Mapping[str, Any]) -> Answer:

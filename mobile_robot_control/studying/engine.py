@@ -275,7 +275,7 @@ def studied_controllers(request: StudyRequest) -> dict[str, Configuration]:
     return named
 
 
-def drawing_of(request: StudyRequest, parameters: Configuration, by_odometry: bool = False) -> Drawing:
+def study_drawing(request: StudyRequest, parameters: Configuration, by_odometry: bool = False) -> Drawing:
     """Return what the runs of a controller have in common, judged by their true pose or by odometry."""
     return Drawing(
         parameters, request.laps, request.laps * 0.75,
@@ -313,7 +313,7 @@ def run_study(
         if stopped():
             break
         scenarios = drawn_scenarios(request, parameters)
-        drawing = drawing_of(request, parameters)
+        drawing = study_drawing(request, parameters)
         rows: list[Floats] = []
         first, size = 0, _BATCH
         while first < len(scenarios) and not stopped():

@@ -28,10 +28,10 @@ from mobile_robot_control.settings.provenance import call_text, provenance
 from mobile_robot_control.studying.engine import (
     StudiedController,
     StudyRequest,
-    drawing_of,
     run_study,
     studied_controllers,
     study_columns,
+    study_drawing,
     study_values,
 )
 from mobile_robot_control.studying.page import Judgement, StudiedRuns, chosen_runs, starts_figure, write_study_page
@@ -190,7 +190,7 @@ def odometry_lines(request: StudyRequest, results: Mapping[str, StudiedControlle
         failed = np.flatnonzero(~one.judged.success)
         if not failed.size or has_exact_odometry(one.parameters.plant):
             continue
-        drawing = drawing_of(request, one.parameters, by_odometry=True)
+        drawing = study_drawing(request, one.parameters, by_odometry=True)
         _, some = next(drawing.runs(one.scenarios.chosen(failed[:_FEW])))
         if failed.size > _FEW and compiles(some.scene):
             repeated = failed[:_REPEATED]
