@@ -1,7 +1,7 @@
 """
 Runs cases, each in a process of its own that is forked from one in which everything is imported already.
 
-A process itself: ``python -m adversary.arena``. It reads one JSON object a line (arguments of `run`) and writes one a
+A process itself: ``python -m hostile.arena``. It reads one JSON object a line (arguments of `run`) and writes one a
 line (what `run` returns); where nothing can be read any more, it ends.
 """
 
