@@ -91,6 +91,11 @@ class Law(NamedTuple):
     with_velocity_gains: bool = True
     horizon: int = 0
 
+    @property
+    def group(self) -> str:
+        """Name of its own group of parameters."""
+        return self.name
+
 
 class LawFailedError(RuntimeError):
     """A position law raised, returned something other than a state and a command, or a non-finite command."""

@@ -5,12 +5,13 @@ import math
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 from importlib import import_module
-from typing import Any
+from typing import Any, ClassVar
 
 from mobile_robot_control.control.compensation import Feedforward
 from mobile_robot_control.control.law import Law
 from mobile_robot_control.control.limits import Limits
-from mobile_robot_control.parameters.declaration import Declaration, Field, ParameterError, build, declarations
+from mobile_robot_control.control.selection import Selection
+from mobile_robot_control.parameters.declaration import Declaration, ParameterError, build, declarations
 from mobile_robot_control.parameters.registry import Registry, Source, name_violations
 from mobile_robot_control.system.texts import located_error, shortened
 
@@ -52,10 +53,11 @@ def law_violations(law: Any) -> Iterator[str]:
             yield f"'{law.name}': its {field} is {shortened(repr(state))}; write an instance of a NamedTuple of floats"
     if not isinstance(law.horizon, int) or law.horizon < 0:
         yield f"'{law.name}': its horizon is {shortened(repr(law.horizon))}; write the number of position ticks ahead"
-    yield from (f"'{law.name}': {wrong}" for wrong in _gains_violations(law.gains))
+    yield from (f"'{law.name}': {wrong}" for wrong in gains_violations(law.gains))
 
 
-def _gains_violations(gains: Any) -> Iterator[str]:
+def gains_violations(gains: Any) -> Iterator[str]:
+    """Yield the faults in the group of gains that a law declares."""
     try:
         declared = declarations(gains)
         flat = tuple(declared) == gains._fields
@@ -91,62 +93,11 @@ LAWS: Registry[Law] = Registry(
     law_violations, lambda law: law.step)
 
 
-_GROUPS: dict[str, Any] = {'limits': Limits(), 'feedforward': Feedforward()}
-"""Groups of PositionControl besides those of the laws, with their defaults."""
+class PositionControl(Selection):
+    """The selected position law, the gains of all laws, the limits of the command, and its lead."""
 
-
-class PositionControl:
-    """
-    The selected position law, the gains of all laws, the limits of the command, and its lead.
-
-    It acts as a NamedTuple with the fields `controller_type`, one group for each registered law, by the law's name, and
-    `limits` and `feedforward`; omitted fields have their defaults.
-
-    Parameters
-    ----------
-    **values : object
-        By field.
-
-    """
-
-    def __init__(self, **values: Any) -> None:
-        unknown = set(values) - {name for name, _, _ in self.parameter_members()}
-        if unknown:
-            raise TypeError(f'PositionControl has no field {", ".join(sorted(unknown))}')
-        self.__dict__.update(values)
-
-    @classmethod
-    def parameter_members(cls) -> Iterator[tuple[str, type, Any]]:
-        """Yield name, type and annotation of each field."""
-        yield 'controller_type', str, Field('', 'name of the position law', choices=LAWS, live=True)
-        for law in LAWS.values():
-            yield law.name, law.gains, None
-        for group, default in _GROUPS.items():
-            yield group, type(default), None
-
-    def __getattr__(self, name: str) -> Any:
-        if name == 'controller_type':
-            return BUILT_IN[0].name
-        if name in _GROUPS:
-            return _GROUPS[name]
-        if not name.startswith('_') and name in LAWS:
-            return LAWS[name].gains()
-        raise AttributeError(name)
-
-    def _replace(self, **changes: Any) -> 'PositionControl':
-        return PositionControl(**{**self.__dict__, **changes})
-
-    def _asdict(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name, _, _ in self.parameter_members()}
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, PositionControl) and self._asdict() == other._asdict()
-
-    def __hash__(self) -> int:
-        return hash(tuple(self._asdict().items()))
-
-    def __repr__(self) -> str:
-        return f'PositionControl({", ".join(f"{name}={value!r}" for name, value in self._asdict().items())})'
+    registry, default, description = LAWS, BUILT_IN[0].name, 'name of the position law'
+    further: ClassVar[dict[str, Any]] = {'limits': Limits(), 'feedforward': Feedforward()}
 
 
 def groups_of(law: Law) -> tuple[str, ...]:

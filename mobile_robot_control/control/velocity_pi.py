@@ -4,13 +4,14 @@ from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.control.compensation import advanced, inverse_dynamics
+from mobile_robot_control.control.compensation import inverse_dynamics
+from mobile_robot_control.control.velocity_law import PI, VelocityInputs, VelocityLaw
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.motors import saturate
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.quantities import FASTEST, BodyAcceleration, BodyVelocity, WheelTorque
+from mobile_robot_control.quantities import FASTEST, BodyVelocity, WheelTorque
 
 _SLOW = 10.0
 """Integral time in time constants of the proportional loop, above which a lasting error outlives a manoeuvre."""
@@ -92,13 +93,7 @@ def _limited(
 
 @jitable
 def step(
-    state: VelocityPiState,
-    command: BodyVelocity,
-    measured: BodyVelocity,
-    gains: VelocityGains,
-    robot: Robot,
-    max_wheel_torque: float,
-    dt: float,
+    state: VelocityPiState, inputs: VelocityInputs, gains: VelocityGains, robot: Robot, limit: float, dt: float,
 ) -> tuple[VelocityPiState, WheelTorque]:
     """
     Compute the wheel torques that bring the body velocity to its command.
@@ -109,17 +104,15 @@ def step(
     ----------
     state : VelocityPiState
         The integral terms; the default at a run's start.
-    command : BodyVelocity
-        Command [m/s], [rad/s].
-    measured : BodyVelocity
-        From the wheels [m/s], [rad/s].
+    inputs : VelocityInputs
+        Command and measured velocity are used.
     gains : VelocityGains
         K1, Ti1, K2, Ti2.
     robot : Robot
         r and R are used.
-    max_wheel_torque : float
-        Limit of each wheel [N m]; 0 means none. Beyond it conditional integration (anti-windup) holds the integral: a
-        channel that asks for more does not integrate.
+    limit : float
+        Of each wheel's torque [N m]; 0 means none. Beyond it conditional integration (anti-windup) holds the integral:
+        a channel that asks for more does not integrate.
     dt : float
         Sampling period [s].
 
@@ -133,44 +126,42 @@ def step(
     Deviates from Eq. (21) and (22): they use K Ti where (17) gives K R.
 
     """
+    command, measured = inputs.command, inputs.measured
     error = BodyVelocity(command.linear - measured.linear, command.angular - measured.angular)
     proportional = _proportional(error, gains, robot)
-    return _limited(state, _asked(state, proportional), error, proportional, gains, max_wheel_torque, dt)
+    return _limited(state, _asked(state, proportional), error, proportional, gains, limit, dt)
 
 
 @jitable
 def fed_step(
-    state: VelocityPiState,
-    command: BodyVelocity,
-    acceleration: BodyAcceleration,
-    age: float,
-    measured: BodyVelocity,
-    gains: VelocityGains,
-    robot: Robot,
-    max_wheel_torque: float,
-    dt: float,
+    state: VelocityPiState, inputs: VelocityInputs, gains: VelocityGains, robot: Robot, limit: float, dt: float,
 ) -> tuple[VelocityPiState, WheelTorque]:
     """
-    Compute the wheel torques as `step` does, with a feedforward of the reference's acceleration.
-
-    A command is held for a position period. It is extrapolated along the acceleration by its age, half a period on
-    average, and the torques of this motion are added before the limit.
+    Compute the wheel torques as `step` does, with those of the reference's acceleration, which are added before the limit.
 
     Parameters
     ----------
-    state, command, measured, gains, robot, max_wheel_torque, dt
-        As in `step`; all constants of the robot are used.
-    acceleration : BodyAcceleration
-        Of the reference [m/s²], [rad/s²].
-    age : float
-        Of the command [s].
+    state, gains, limit, dt
+        As in `step`.
+    inputs : VelocityInputs
+        The acceleration is used, too.
+    robot : Robot
+        All constants are used.
     """
-    present = advanced(command, acceleration, age)
-    error = BodyVelocity(present.linear - measured.linear, present.angular - measured.angular)
+    command, measured = inputs.command, inputs.measured
+    error = BodyVelocity(command.linear - measured.linear, command.angular - measured.angular)
     proportional = _proportional(error, gains, robot)
-    asked, fed = _asked(state, proportional), inverse_dynamics(present, acceleration, robot)
+    asked, fed = _asked(state, proportional), inverse_dynamics(command, inputs.acceleration, robot)
     return _limited(state, WheelTorque(asked.right + fed.right, asked.left + fed.left), error, proportional, gains,
-                    max_wheel_torque, dt)
+                    limit, dt)
+
+
+def joining(_measured: BodyVelocity, torque: WheelTorque, _gains: VelocityGains, _robot: Robot) -> VelocityPiState:
+    """Return integral terms that hold the torques of the law before."""
+    return VelocityPiState(0.5 * (torque.right + torque.left), 0.5 * (torque.right - torque.left))
+
+
+LAW = VelocityLaw(PI, step, VelocityGains, VelocityPiState(), joining, fed_step)
 
 
 def _convolve(left: Sequence[float], right: Sequence[float]) -> list[float]:

@@ -12,11 +12,20 @@ from functools import lru_cache, partial
 from typing import Any, Protocol
 
 from mobile_robot_control.control.laws import LAWS, prepare_compiled
+from mobile_robot_control.control.velocity_law import PI
+from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS
 from mobile_robot_control.jit import APART, JITABLE
 from mobile_robot_control.loop import trial
 from mobile_robot_control.loop.cross_track import converted
 from mobile_robot_control.loop.indices import MeasuredMotion
-from mobile_robot_control.loop.ticks import IDEAL_FORM, Form, driving_step, make_position_tick, make_velocity_tick
+from mobile_robot_control.loop.ticks import (
+    IDEAL_FORM,
+    Form,
+    LawSteps,
+    driving_step,
+    make_position_tick,
+    make_velocity_tick,
+)
 from mobile_robot_control.loop.trial import (
     CartMotion,
     Outcome,
@@ -25,6 +34,7 @@ from mobile_robot_control.loop.trial import (
     given_motion,
     prepared_loop,
     references,
+    steps_of,
 )
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.parameters.plugins import PluginSource, load_sources, plugin_sources
@@ -128,28 +138,29 @@ def _register(*functions: Callable[..., Any]) -> None:
 
 
 @lru_cache(maxsize=32)
-def compilable_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
-    """Return the rollout of a law's step that a compiler may take; references are an array."""
-    parts = rollout_parts(step, form)
+def compilable_rollout(steps: LawSteps, form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
+    """Return the rollout of two laws that a compiler may take; references are an array."""
+    parts = rollout_parts(steps, form)
     _register(*JITABLE, *parts)
     *_, references_at, position_tick, velocity_tick = parts
     return trial.bind(position_tick, velocity_tick, references_at, form)
 
 
 @lru_cache(maxsize=32)
-def rollout_parts(step: Callable[..., Any], form: Form) -> tuple[Callable[..., Any], ...]:
+def rollout_parts(steps: LawSteps, form: Form) -> tuple[Callable[..., Any], ...]:
     """Return the functions of a compiled rollout, callees first; the last ones are references and both ticks."""
     rows = _rows(form.horizon) if form.horizon else (_row,)
-    driving = driving_step(step, form)
+    driving = driving_step(steps.position, form)
     measured = (_measured(rows[-1]),) if form.indices else ()
-    return step, driving, *rows, *measured, make_position_tick(driving, form), make_velocity_tick(form)
+    ticks = make_position_tick(driving, form), make_velocity_tick(steps.velocity, form)
+    return *of_laws(steps), driving, *rows, *measured, *ticks
 
 
 @lru_cache(maxsize=32)
-def compiled_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
-    """Return the compiled rollout of a law's step, which releases the interpreter's lock; references are an array."""
+def compiled_rollout(steps: LawSteps, form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
+    """Return the compiled rollout of two laws, which releases the interpreter's lock; references are an array."""
     # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth of the time
-    return kept(numba.njit(nogil=True, error_model='numpy')(compilable_rollout(step, form)), step)
+    return kept(numba.njit(nogil=True, error_model='numpy')(compilable_rollout(steps, form)), *of_laws(steps))
 
 
 @lru_cache(maxsize=32)
@@ -185,29 +196,40 @@ def compiled(function: Callable[..., Any], *of: Callable[..., Any]) -> Callable[
 
 
 @lru_cache(maxsize=32)
-def plain_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
-    """Return the rollout of a law's step in plain Python; it takes references unconverted."""
+def plain_rollout(steps: LawSteps, form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
+    """Return the rollout of two laws in plain Python; it takes references unconverted."""
     ticks = form.horizon + 1
     if form.indices:
-        return trial.make_rollout(step, lambda given, n: given.references[n:n + ticks], form)
-    return trial.make_rollout(step, lambda references, n: references[n:n + ticks], form)
+        return trial.make_rollout(steps, lambda given, n: given.references[n:n + ticks], form)
+    return trial.make_rollout(steps, lambda references, n: references[n:n + ticks], form)
 
 
-_uncompilable: dict[Callable[..., Any], str] = {}
-"""Steps that numba cannot compile, and the reason."""
+def of_laws(steps: LawSteps) -> tuple[Callable[..., Any], ...]:
+    """Return the functions of laws, whose sources decide whether compiled code on disk is theirs."""
+    return (steps.position,) if steps.velocity is None else (steps.position, steps.velocity.step)
+
+
+_uncompilable: dict[LawSteps, str] = {}
+"""Laws that numba cannot compile, and the reason."""
 
 
 def _try_rollout(one: Trial) -> None:
     """Compile the rollout of a trial."""
-    step: Callable[..., Any] = LAWS[one.law].step
     given = arrays(cart_motion(one._replace(steps=0)), one.form.indices)
-    compiled_rollout(step, one.form)(one.state, prepared_loop(one), given, 0, one.ratio, 0)
+    compiled_rollout(steps_of(one), one.form)(one.state, prepared_loop(one), given, 0, one.ratio, 0)
+
+
+def laws_in_words(one: Trial) -> str:
+    """Return the beginning of a sentence on the laws of a trial; the shipped velocity law compiles."""
+    if one.velocity_law == PI:
+        return f"the law '{one.law}' runs"
+    return f"the law '{one.law}' with the velocity law '{one.velocity_law}' runs"
 
 
 def compiles(one: Trial, attempt: Callable[[Trial], None] = _try_rollout) -> bool:
     """Return whether the law of a trial compiles, by an attempt; if it does not, print the reason once."""
-    step: Callable[..., Any] = LAWS[one.law].step
-    if not COMPILES or step in _uncompilable:
+    steps = steps_of(one)
+    if not COMPILES or steps in _uncompilable:
         return False
     compile_prepare(one.law)
     if not _can_prepare(one):  # the trial itself reports this fault of the gains
@@ -215,9 +237,9 @@ def compiles(one: Trial, attempt: Callable[[Trial], None] = _try_rollout) -> boo
     try:
         attempt(one)
     except Exception as error:  # numba raises its own errors, and others from its own faults
-        _uncompilable[step] = reason_of(error)
-        print(f"the law '{one.law}' runs plain, some hundred times slower: numba cannot compile it "
-              f'({_uncompilable[step]})', file=sys.stderr)
+        _uncompilable[steps] = reason_of(error)
+        print(f'{laws_in_words(one)} plain, some hundred times slower: numba cannot compile it '
+              f'({_uncompilable[steps]})', file=sys.stderr)
         return False
     return True
 
@@ -235,7 +257,7 @@ def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> lis
     chosen = {form: _rollout_of(first, compile_them) for form, first in _first_of(trials).items()}
     outcomes = []
     for one in trials:
-        roll, given_of = chosen[one.law, one.form]
+        roll, given_of = chosen[one.law, one.velocity_law, one.form]
         outcomes.append(trial.roll_trial(one, roll, given_of(cart_motion(one), one.form.indices)))
     return outcomes
 
@@ -262,17 +284,17 @@ def run_pickled(function: Callable[[Any], Any], chunk: bytes) -> Any:
 
 def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outcome], Callable[..., Any]]:
     """Return the rollout of a trial's law, and the function that converts a motion to its input."""
-    step: Callable[..., Any] = LAWS[one.law].step
+    steps = steps_of(one)
     if compiles(one) if compile_it is None else compile_it:
-        return compiled_rollout(step, one.form), arrays
-    return plain_rollout(step, one.form), given_motion
+        return compiled_rollout(steps, one.form), arrays
+    return plain_rollout(steps, one.form), given_motion
 
 
-def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, Form], Trial]:
-    """Return the first trial of each law and form, preferably with gains that can be prepared."""
-    first: dict[tuple[str, Form], Trial] = {}
+def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, str, Form], Trial]:
+    """Return the first trial of each pair of laws and form, preferably with gains that can be prepared."""
+    first: dict[tuple[str, str, Form], Trial] = {}
     for one in trials:
-        kind = one.law, one.form
+        kind = one.law, one.velocity_law, one.form
         if kind not in first or not _can_prepare(first[kind]):
             first[kind] = one
     return first
@@ -329,7 +351,7 @@ class Pool:
         self._workers = workers or cores()
         self._threads: Executor | None = None
         self._processes: Executor | None = None
-        self._version = 0
+        self._version = 0, 0
         if COMPILES:
             # what is told once is told here, and not by each process
             folder()
@@ -367,14 +389,15 @@ class Pool:
         return self._threads
 
     def _process_pool(self) -> Executor:
-        if self._processes is not None and self._version != LAWS.version:
+        version = LAWS.version, VELOCITY_LAWS.version
+        if self._processes is not None and self._version != version:
             self._processes.shutdown()
             self._processes = None
         if self._processes is None:
             # Ctrl-C reaches every process of a terminal: only the caller handles it
             self._processes = ProcessPoolExecutor(
                 self._workers, initializer=_begin_worker, initargs=(plugin_sources(),))
-            self._version = LAWS.version
+            self._version = version
         return self._processes
 
     def close(self) -> None:

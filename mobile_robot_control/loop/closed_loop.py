@@ -3,8 +3,7 @@
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.position_loop import PositionConstants, PositionState
-from mobile_robot_control.control.velocity_loop import VelocityConstants
-from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.control.velocity_loop import VelocityConstants, VelocityState
 from mobile_robot_control.model.simulation import RobotConstants, RobotState
 from mobile_robot_control.quantities import (
     BodyVelocity,
@@ -66,8 +65,8 @@ class LoopState(NamedTuple):
     ----------
     robot : RobotState
         Of the simulated robot.
-    velocity : VelocityPiState
-        Of the velocity law.
+    velocity : VelocityState
+        Of the velocity loop.
     position : PositionState
         Of the position loop.
     sent : Sent
@@ -75,7 +74,7 @@ class LoopState(NamedTuple):
     """
 
     robot: RobotState
-    velocity: VelocityPiState
+    velocity: VelocityState
     position: PositionState
     sent: Sent
 

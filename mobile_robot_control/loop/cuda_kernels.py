@@ -24,7 +24,7 @@ from mobile_robot_control.loop.cross_track import PathTable
 from mobile_robot_control.loop.drawn import draw_of
 from mobile_robot_control.loop.indices import MeasuredMotion, PerformanceIndices, Totals
 from mobile_robot_control.loop.monte_carlo import make_judge
-from mobile_robot_control.loop.ticks import Form
+from mobile_robot_control.loop.ticks import Form, LawSteps
 from mobile_robot_control.loop.trial import CartMotion, Outcome, bind
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Pose, WheelTorque
@@ -100,9 +100,9 @@ def _jitted(kernel: Callable[..., None]) -> Any:
     return cuda.jit(kernel) if SIMULATED else cuda.jit(kernel, lto=False, launch_bounds=BLOCK)
 
 
-def _rollout(step: Callable[..., Any], form: Form, *more: Callable[..., Any]) -> Callable[..., Outcome]:
+def _rollout(steps: LawSteps, form: Form, *more: Callable[..., Any]) -> Callable[..., Outcome]:
     """Return a rollout whose callees are registered, as are more functions."""
-    parts = batch.rollout_parts(step, form)
+    parts = batch.rollout_parts(steps, form)
     *_, references_at, position_tick, velocity_tick = parts
     roll = bind(position_tick, velocity_tick, references_at, form)
     APART.add(roll)
@@ -133,10 +133,10 @@ def motion_arrays(motion: CartMotion, form: Form) -> tuple[Any, ...]:
     return given, *[np.zeros(0)] * 4, 0, 0.0, 0.0
 
 
-def make_trial_kernel(step: Callable[..., Any], form: Form, shape: Shape) -> Callable[..., None]:
+def make_trial_kernel(steps: LawSteps, form: Form, shape: Shape) -> Callable[..., None]:
     """Make the kernel that runs a trial a thread: rows of state and constants of a shape into rows of outcomes."""
     tree, write, motion_of = reader(shape), writer(shape_of(outcome_like(form))), _motion_of(form)
-    roll = _rollout(step, form, tree, write)
+    roll = _rollout(steps, form, tree, write)
 
     def kernel(
         rows: Any, references: Any, x: Any, y: Any, dx: Any, dy: Any, first: int, between: float, speed: float,
@@ -153,13 +153,13 @@ def make_trial_kernel(step: Callable[..., Any], form: Form, shape: Shape) -> Cal
 
 
 def make_draw_kernel(
-    step: Callable[..., Any], form: Form, shape: Shape, varied: Callable[..., Any], numbers: int
+    steps: LawSteps, form: Form, shape: Shape, varied: Callable[..., Any], numbers: int
 ) -> Callable[..., None]:
     """Make the kernel that runs and judges a draw a thread, of a scene with a shape and so many numbers of a plant."""
     tree_shape, plant_shape = shape
     tree, values_of, judged = reader(tree_shape), reader(plant_shape), make_judge(form)
     write, motion_of = writer(shape_of(judged(outcome_like(form), 0, 0.0))), _motion_of(form)
-    roll = _rollout(step, form, tree, values_of, varied, judged, write, draw_of)
+    roll = _rollout(steps, form, tree, values_of, varied, judged, write, draw_of)
 
     def kernel(
         scene: Any, plant: Any, places: Any, rows: Any, references: Any, x: Any, y: Any, dx: Any, dy: Any, first: int,

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_robot_control.control.law import law_failure
-from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.jit import jitable, jitable_apart
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.batch import TrialRunner
@@ -20,7 +19,7 @@ from mobile_robot_control.loop.scenarios import (
     make_scene,
     with_robot,
 )
-from mobile_robot_control.loop.ticks import Form, plant_grid
+from mobile_robot_control.loop.ticks import Form, LawSteps, plant_grid
 from mobile_robot_control.loop.trial import (
     Trial,
     cart_motion,
@@ -28,6 +27,7 @@ from mobile_robot_control.loop.trial import (
     given_motion,
     prepared_loop,
     report_failure,
+    steps_of,
 )
 from mobile_robot_control.model.drawn_robot import Draw
 from mobile_robot_control.model.plant_form import structure, value_names
@@ -93,11 +93,11 @@ def make_runs(
 
 @lru_cache(maxsize=32)
 def _compiled_runs(
-    step: Callable[..., Any], form: Form, varied: Callable[..., Any], values_of: Callable[..., Any]
+    steps: LawSteps, form: Form, varied: Callable[..., Any], values_of: Callable[..., Any]
 ) -> Callable[..., None]:
-    """Return the compiled loop over draws of a law's step."""
-    roll = jitable_apart(batch.compilable_rollout(step, form))
-    return batch.compiled(make_runs(roll, varied, make_judge(form), values_of), step)
+    """Return the compiled loop over draws of two laws."""
+    roll = jitable_apart(batch.compilable_rollout(steps, form))
+    return batch.compiled(make_runs(roll, varied, make_judge(form), values_of), *batch.of_laws(steps))
 
 
 def drawn_parts(scene: Scene) -> tuple[Callable[..., Any], Callable[..., Any]]:
@@ -108,9 +108,8 @@ def drawn_parts(scene: Scene) -> tuple[Callable[..., Any], Callable[..., Any]]:
 def compiles(scene: Scene) -> bool:
     """Return whether the runs of a scene compile; if they do not, print the reason once."""
     def attempt(trial: Trial) -> None:
-        step: Callable[..., Any] = LAWS[trial.law].step
         given = batch.arrays(cart_motion(trial._replace(steps=0)), trial.form.indices)
-        _compiled_runs(step, trial.form, *drawn_parts(scene))(
+        _compiled_runs(steps_of(trial), trial.form, *drawn_parts(scene))(
             trial.state, prepared_loop(trial), np.array(flat(scene.values)), np.zeros(0, np.int64),
             np.zeros((0, _OWN)), given, 0, trial.ratio, 0, 0.0, np.zeros((0, 0)), np.zeros(1, np.int64))
 
@@ -125,18 +124,17 @@ def run_draws(runs: DrawnRuns, compile_them: bool | None = None) -> Floats:
     failed.
     """
     trial = runs.scene.trial
-    step: Callable[..., Any] = LAWS[trial.law].step
-    judged = make_judge(trial.form)
+    steps, judged = steps_of(trial), make_judge(trial.form)
     failed = judged(failed_outcome(trial), trial.steps, runs.within)
     plant: Any = flat(runs.scene.values)
     rows: Any = runs.rows
     places: Any = runs.places
     found: Any = np.full((len(rows), len(failed)), failed)
     if compiles(runs.scene) if compile_them is None else compile_them:
-        loop, plant = _compiled_runs(step, trial.form, *drawn_parts(runs.scene)), np.array(plant)
+        loop, plant = _compiled_runs(steps, trial.form, *drawn_parts(runs.scene)), np.array(plant)
         given_of: Callable[..., Any] = batch.arrays
     else:
-        loop = make_runs(batch.plain_rollout(step, trial.form), runs.scene.varied, judged, drawn_parts(runs.scene)[1])
+        loop = make_runs(batch.plain_rollout(steps, trial.form), runs.scene.varied, judged, drawn_parts(runs.scene)[1])
         rows, places, found, given_of = rows.tolist(), places.tolist(), found.tolist(), given_motion
     at = np.zeros(1, np.int64)
 

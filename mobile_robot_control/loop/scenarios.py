@@ -179,13 +179,12 @@ def make_scene(configuration: Configuration, scenario: Scenario, laps: float, la
     model = delayed_model(varied.plant.model, scenario, 1.0 / shared.velocity_rate)
     driven = varied._replace(plant=varied.plant._replace(model=model))
     prepared = make_trial(driven, laps * course.period, late * course.period)
-    loop, velocity = prepared.loop, prepared.loop.velocity
+    loop = prepared.loop
     trial = prepared._replace(
         curve=scenario.curve,
         placement=placement,
         path=prepared.path if scenario.curve == PATH else (),
-        loop=loop._replace(velocity=velocity._replace(
-            nominal=configuration.plant.shared.robot if velocity.nominal else ())),
+        loop=loop._replace(velocity=loop.velocity._replace(nominal=configuration.plant.shared.robot)),
     )
     return Scene(trial, plant_values(shared.robot, model, plant_grid(configuration).velocity),
                  course.reference(0.0).pose)

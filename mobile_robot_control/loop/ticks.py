@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.compensation import lead
-from mobile_robot_control.control.law import Law
+from mobile_robot_control.control.law import Law, LawStep
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.position_loop import (
     PositionConstants,
@@ -15,8 +15,18 @@ from mobile_robot_control.control.position_loop import (
 )
 from mobile_robot_control.control.steering import make_steered, start_of
 from mobile_robot_control.control.tracking_error import tracking_error
-from mobile_robot_control.control.velocity_loop import Asked, VelocityConstants, velocity_step
-from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.control.velocity_law import VelocityLaw
+from mobile_robot_control.control.velocity_laws import selected_velocity_law
+from mobile_robot_control.control.velocity_loop import (
+    Asked,
+    VelocityConstants,
+    VelocityForm,
+    make_velocity_step,
+    make_velocity_update,
+    velocity_at_rest,
+    velocity_form,
+)
+from mobile_robot_control.jit import jitable
 from mobile_robot_control.loop.closed_loop import Loop, LoopState, PositionTick, Sent
 from mobile_robot_control.loop.metric_table import BAND
 from mobile_robot_control.model.kinematics import body_velocity
@@ -78,6 +88,28 @@ IDEAL_FORM = Form()
 """An ideal robot, and odometry used unchanged."""
 
 
+class LawSteps(NamedTuple):
+    """
+    The functions of the laws in a loop, which decide what is compiled.
+
+    Attributes
+    ----------
+    position : LawStep
+        Of the position law.
+    velocity : VelocityForm or None
+        Of the velocity law; None for a base that takes velocity commands.
+    """
+
+    position: LawStep
+    velocity: VelocityForm | None
+
+
+def law_steps(position: Law, velocity: VelocityLaw, form: Form) -> LawSteps:
+    """Return the functions of a position and a velocity law in a form."""
+    return LawSteps(position.step, None if form.plant.takes_velocity else velocity_form(
+        velocity, position_form(form).feeds_torques))
+
+
 def driving_step(law_step: Callable[..., Any], form: Form) -> Callable[..., Any]:
     """Return the step that commands the robot: that of a law, steered if the form needs it."""
     return make_steered(law_step, form.horizon) if form.steered else law_step
@@ -128,32 +160,58 @@ def make_position_tick(
     return position_tick
 
 
-def make_velocity_tick(form: Form = IDEAL_FORM) -> Callable[..., tuple[LoopState, WheelTorque, WheelTorque]]:
+def make_velocity_tick(
+    law: VelocityForm | None, form: Form = IDEAL_FORM
+) -> Callable[..., tuple[LoopState, WheelTorque, WheelTorque]]:
     """
-    Make the step of the fast loop and the plant for a form, by closure.
+    Make the step of the fast loop and the plant for a velocity law, None for a base, and a form, by closure.
 
     It is ``velocity_tick(state, k, loop) -> (state, asked, applied)``: it moves the loop by the k-th velocity period
     with the command sent, and returns the torque asked for and the one that the motors apply [N m].
     """
-    moved, measured_wheels = robot_step(form.plant), sensing(form.plant).wheels
-    law_step = velocity_step(position_form(form).feeds_torques)
+    moved = robot_step(form.plant)
+    if law is None:
+        return make_base_tick(moved)
+    answer, updated = make_velocity_answer(law, form), make_velocity_update(law)
 
     def torque_tick(state: LoopState, k: int, loop: Loop) -> tuple[LoopState, WheelTorque, WheelTorque]:
+        law_state, torque = answer(state, k, loop)
+        after, _, applied = moved(state.robot, torque, k, loop.robot)
+        return (LoopState(robot=after, velocity=updated(law_state, applied), position=state.position, sent=state.sent),
+                torque, applied)
+
+    return torque_tick
+
+
+def make_velocity_answer(law: VelocityForm, form: Form) -> Callable[..., tuple[Any, WheelTorque]]:
+    """
+    Make the velocity law's part of the fast loop, between measurement and torque.
+
+    It is ``answer(state, k, loop) -> (law, torque)``: the state of the law and the torques that it asks for [N m].
+    """
+    velocity_step, measured_wheels = make_velocity_step(law), sensing(form.plant).wheels
+
+    @jitable
+    def answer(state: LoopState, k: int, loop: Loop) -> tuple[Any, WheelTorque]:
         robot, sent, constants = state.robot, state.sent, loop.robot
         wheels = measured_wheels(robot.sensors, robot.motion, k, constants.sensors)
         asked = Asked(sent.command, sent.acceleration, (k - sent.since) * constants.plant.dt)
-        velocity, torque = law_step(
-            state.velocity, asked, body_velocity(wheels, constants.plant.robot), loop.velocity, constants.plant.robot,
-            constants.plant.dt)
-        after, _, applied = moved(robot, torque, k, constants)
-        return LoopState(robot=after, velocity=velocity, position=state.position, sent=sent), torque, applied
+        return velocity_step(
+            state.velocity, asked, body_velocity(wheels, loop.velocity.nominal), loop.velocity, constants.plant.dt)
 
+    return answer
+
+
+def make_base_tick(
+    moved: Callable[..., Any]
+) -> Callable[..., tuple[LoopState, WheelTorque, WheelTorque]]:
+    """Make the step of a base that takes the command itself."""
     def base_tick(state: LoopState, k: int, loop: Loop) -> tuple[LoopState, WheelTorque, WheelTorque]:
         after, asked, applied = moved(state.robot, state.sent.command, k, loop.robot)
         return (LoopState(robot=after, velocity=state.velocity, position=state.position, sent=state.sent), asked,
                 applied)
 
-    return base_tick if form.plant.takes_velocity else torque_tick
+    return base_tick
 
 
 def form_of(configuration: Configuration) -> Form:
@@ -179,16 +237,17 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
     chosen = position_form(form)
     robot = robot_constants(shared.robot, plant.model, grid, 1.0 / shared.velocity_rate)
     velocity = configuration.velocity_controller
+    velocity_law, velocity_gains = selected_velocity_law(velocity.control)
     loop = Loop(
         robot,
-        VelocityConstants(velocity.gains, velocity.max_wheel_torque, shared.robot if chosen.feeds_torques else ()),
+        VelocityConstants(velocity_gains, velocity.max_wheel_torque, shared.robot),
         PositionConstants(gains, controller.control.limits, controller.odom_latency, shared.stamp_tolerance,
                           lead(controller.control.feedforward)),
         position_dt,
     )
     return loop, LoopState(
         robot_at_rest(plant.model, grid, robot, Pose(*plant.initial_pose)),
-        VelocityPiState(),
+        velocity_at_rest(velocity_law),
         position_at_rest(driving_start(law, form), chosen),
         Sent(BodyVelocity(0.0, 0.0), NO_ACCELERATION if chosen.feeds_torques else (), 0),
     )

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 from mobile_robot_control.control.compensation import Lead
 from mobile_robot_control.control.law import LawStep, is_sound, law_failure
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
-from mobile_robot_control.control.velocity_pi import VelocityGains
+from mobile_robot_control.control.velocity_law import PI
+from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS
 from mobile_robot_control.loop.closed_loop import Loop, LoopState, with_law
 from mobile_robot_control.loop.cross_track import GrowingPath
 from mobile_robot_control.loop.indices import (
@@ -29,8 +30,10 @@ from mobile_robot_control.loop.indices import (
 from mobile_robot_control.loop.ticks import (
     IDEAL_FORM,
     Form,
+    LawSteps,
     driving_step,
     form_of,
+    law_steps,
     make_position_tick,
     make_velocity_tick,
     start,
@@ -53,8 +56,8 @@ class Trial(NamedTuple):
 
     Attributes
     ----------
-    law, curve : str
-        Of LAWS and CURVES.
+    law, velocity_law, curve : str
+        Of LAWS, VELOCITY_LAWS and CURVES.
     placement : Placement
         Of the curve.
     loop : Loop
@@ -86,6 +89,7 @@ class Trial(NamedTuple):
     form: Form = IDEAL_FORM
     path: Any = ()
     drawing: Any = ()
+    velocity_law: str = PI
 
 
 class LoopGains(NamedTuple):
@@ -98,8 +102,8 @@ class LoopGains(NamedTuple):
         Of LAWS.
     start : object
         State of the law at t = 0.
-    velocity : VelocityGains
-        Of the velocity law.
+    velocity : NamedTuple
+        Gains of the velocity law.
     law_gains : tuple
         Of the position law, as declared.
     lead : Lead
@@ -108,7 +112,7 @@ class LoopGains(NamedTuple):
 
     law: str
     start: Any
-    velocity: VelocityGains
+    velocity: Any
     law_gains: Any
     lead: Lead
 
@@ -186,7 +190,8 @@ def make_trial(configuration: Configuration, duration: float, late: float = 0.0)
         steps=round(duration * shared.velocity_rate),
         ratio=period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
         late=round(late * shared.velocity_rate), form=form_of(configuration),
-        path=path_of(configuration.reference_cart), drawing=drawing_of(configuration.reference_cart))
+        path=path_of(configuration.reference_cart), drawing=drawing_of(configuration.reference_cart),
+        velocity_law=configuration.velocity_controller.control.controller_type)
 
 
 def course_of_trial(trial: Trial) -> Course:
@@ -201,11 +206,17 @@ def prepared_loop(trial: Trial) -> Loop:
         gains=prepared_gains(LAWS[trial.law], position.gains, loop.position_dt)))
 
 
+def steps_of(trial: Trial) -> LawSteps:
+    """Return the functions of a trial's laws."""
+    return law_steps(LAWS[trial.law], VELOCITY_LAWS[trial.velocity_law], trial.form)
+
+
 def make_rollout(
-    law_step: LawStep, references_at: Callable[[Any, int], tuple[Reference, ...]], form: Form = IDEAL_FORM
+    steps: LawSteps, references_at: Callable[[Any, int], tuple[Reference, ...]], form: Form = IDEAL_FORM
 ) -> Callable[..., Outcome]:
-    """Make the rollout of a law, ``roll(state, loop, given, steps, ratio, late)``; `bind` has `references_at`."""
-    return bind(make_position_tick(driving_step(law_step, form), form), make_velocity_tick(form), references_at, form)
+    """Make the rollout of two laws, ``roll(state, loop, given, steps, ratio, late)``; `bind` has `references_at`."""
+    return bind(make_position_tick(driving_step(steps.position, form), form), make_velocity_tick(steps.velocity, form),
+                references_at, form)
 
 
 def bind(

@@ -143,6 +143,11 @@ class Registry(Mapping[str, Record], Generic[Record]):
         REGISTRIES[source.kind] = self
 
     @property
+    def kind(self) -> str:
+        """What its records are, in words."""
+        return self._source.kind
+
+    @property
     def variable(self) -> str:
         """Name of the environment variable with file names."""
         return self._source.variable

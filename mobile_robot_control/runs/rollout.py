@@ -91,7 +91,7 @@ def trial_rollout(
     velocity_period = period_nanoseconds(configuration.plant.shared.velocity_rate)
     loop, state, form = prepared_loop(trial), trial.state, trial.form
     position_tick = make_position_tick(driving_step(LAWS[trial.law].step, form), form)
-    velocity_tick, sensors = make_velocity_tick(form), sensing(form.plant)
+    velocity_tick, sensors = make_velocity_tick(steps_of(trial).velocity, form), sensing(form.plant)
     references_at = references_along(course_of_trial(trial), trial.form.horizon)
     position_period = trial.ratio * velocity_period
     applied = UNKNOWN_TORQUE if form.plant.takes_velocity else WheelTorque(0.0, 0.0)

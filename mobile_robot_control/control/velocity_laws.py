@@ -1,0 +1,56 @@
+"""The velocity laws of `velocity_controller.controller_type`: the built-in list, the registry, and their parameters."""
+
+import inspect
+from collections.abc import Iterator
+from importlib import import_module
+from typing import Any
+
+from mobile_robot_control.control.laws import RESERVED, gains_violations
+from mobile_robot_control.control.selection import Selection
+from mobile_robot_control.control.velocity_law import PI, VelocityLaw
+from mobile_robot_control.parameters.registry import Registry, Source, name_violations
+from mobile_robot_control.system.texts import shortened
+
+BUILT_IN: tuple[VelocityLaw, ...] = tuple(import_module(f'mobile_robot_control.control.{module}').LAW for module in (
+    'velocity_pi',
+))
+"""In the order of their parameters; a new law of the package is a module and a line above."""
+_RESERVED = RESERVED | {'gains', 'cmd_vel_timeout', 'max_wheel_torque'}
+
+
+def velocity_law_violations(law: Any) -> Iterator[str]:
+    """Yield the faults in the record of a velocity law."""
+    if not isinstance(law, VelocityLaw):
+        yield f'VELOCITY_LAW is of type {type(law).__name__}; write VELOCITY_LAW = VelocityLaw(name, step, Gains)'
+        return
+    yield from name_violations('velocity law', law.name, _RESERVED)
+    for step in filter(None, (law.step, law.fed)):
+        try:
+            inspect.signature(step).bind('state', 'inputs', 'gains', 'robot', 'limit', 'dt')
+        except (TypeError, ValueError):
+            yield f"a step of '{law.name}' is no function step(state, inputs, gains, robot, limit, dt)"
+    if not hasattr(type(law.start), '_fields'):
+        yield (f"'{law.name}': its start is {shortened(repr(law.start))}; write an instance of a NamedTuple of floats")
+    if law.joining is not None:
+        try:
+            inspect.signature(law.joining).bind('measured', 'torque', 'gains', 'robot')
+        except (TypeError, ValueError):
+            yield f"the joining of '{law.name}' is no function joining(measured, torque, gains, robot)"
+    yield from (f"'{law.name}': {wrong}" for wrong in gains_violations(law.gains))
+
+
+VELOCITY_LAWS: Registry[VelocityLaw] = Registry(
+    Source('velocity law', 'VELOCITY_LAW', 'mobile_robot_control.velocity_laws', 'MOBILE_ROBOT_CONTROL_VELOCITY_LAWS'),
+    VelocityLaw, BUILT_IN, velocity_law_violations, lambda law: law.step)
+
+
+class VelocityControl(Selection):
+    """The selected velocity law, and the gains of all velocity laws; those of the PI law are `gains`."""
+
+    registry, default, description = VELOCITY_LAWS, PI, 'name of the velocity law'
+
+
+def selected_velocity_law(control: VelocityControl) -> tuple[VelocityLaw, Any]:
+    """Return the velocity law of checked parameters, and its gains."""
+    law = VELOCITY_LAWS[control.controller_type]
+    return law, getattr(control, law.group)
