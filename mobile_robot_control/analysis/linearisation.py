@@ -170,14 +170,14 @@ class LinearLoop(NamedTuple):
         A.
     inputs : array, shape (parts, states, 2)
         B_j, of the input during the j-th of the equal parts of the period.
-    asked : array, shape (2, states)
+    output : array, shape (2, states)
         C: the controller's output at the period's start.
 
     """
 
     state: Array
     inputs: Array
-    asked: Array
+    output: Array
 
 
 _NO_DERIVATIVE = LinearLoop(*(np.full(shape, np.nan) for shape in ((1, 1), (1, 1, 2), (2, 1))))
@@ -218,10 +218,10 @@ def slopes_of(function: Callable[[Array], Array], at: Array) -> Array:
 
 def reached(links: Flags, first: Any) -> Any:
     """Return the states reached from the first ones over links, where links[i, j] leads from j to i."""
-    found = first
+    states = first
     for _ in range(len(links)):
-        found = found | np.any(links[:, found], axis=1)
-    return found
+        states = states | np.any(links[:, states], axis=1)
+    return states
 
 
 class Opened(NamedTuple):
@@ -246,8 +246,8 @@ def _linear(opened: Sequence[Opened]) -> tuple[LinearLoop, ...]:
             part[:n, :n][np.ix_(kept, kept)],
             part[:n, n:][kept].reshape(kept.sum(), (part.shape[1] - n) // 2, 2).transpose(1, 0, 2),
             part[n:, :n][:, kept],
-        ) if is_smooth(one, part, kept) else _NO_DERIVATIVE
-        for one, part in zip(opened, slopes, strict=True)
+        ) if is_smooth(loop, part, kept) else _NO_DERIVATIVE
+        for loop, part in zip(opened, slopes, strict=True)
     )
 
 
@@ -275,11 +275,11 @@ def _position_period(lap: LapLoop, tick: FollowedTick) -> Opened:
         values = numbers.tolist()
         before = with_numbers(tick.state, iter(values[:states]), start)
         state = lap.position_tick(before, tick.references, tick.k, tick.time, lap.loop)[0]
-        asked: BodyVelocity = state.sent.command
+        command: BodyVelocity = state.sent.command
         for j in range(lap.ratio):
             state = with_command(state, BodyVelocity(*values[states + 2 * j:states + 2 * j + 2]))
             state = lap.velocity_tick(state, tick.k + j, lap.loop)[0]
-        return np.array([*numbers_of(state, end), *asked])
+        return np.array([*numbers_of(state, end), *command])
 
     return Opened(period, at, states)
 
@@ -322,11 +322,11 @@ def linear_velocity_loop(lap: LapLoop, tick: FollowedTick) -> tuple[LinearLoop, 
     def period(numbers: Array) -> Array:
         values = numbers.tolist()
         state: LoopState = with_numbers(after, iter(values[:states]), frame)
-        closed, asked, _ = lap.velocity_tick(state, tick.k, lap.loop)
+        closed, torque, _ = lap.velocity_tick(state, tick.k, lap.loop)
         # without gains the torque comes from the integral terms alone
         right, left = values[states:]
         driven = lap.velocity_tick(
             state._replace(velocity=VelocityPiState(0.5 * (right + left), 0.5 * (right - left))), tick.k, opened)[0]
-        return np.array([*numbers_of(driven._replace(velocity=closed.velocity), frame), *asked])
+        return np.array([*numbers_of(driven._replace(velocity=closed.velocity), frame), *torque])
 
     return _linear([Opened(period, at, states)])

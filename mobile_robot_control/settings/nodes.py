@@ -250,9 +250,9 @@ def _law_prepares(parameters: PositionControllerParameters) -> Iterator[str]:
 
 @rule
 def _horizon_is_long(parameters: PositionControllerParameters) -> Iterator[str]:
-    law, given = LAWS[parameters.control.controller_type], parameters.shared.reference_horizon
-    if law.horizon > given:
-        yield (f"the law '{law.name}' needs reference_horizon = {law.horizon} or more, which is {given}; write it "
+    law, horizon = LAWS[parameters.control.controller_type], parameters.shared.reference_horizon
+    if law.horizon > horizon:
+        yield (f"the law '{law.name}' needs reference_horizon = {law.horizon} or more, which is {horizon}; write it "
                "under '/**', and start the nodes again")
 
 
@@ -285,11 +285,11 @@ def _unplaced(cart: ReferenceCartParameters) -> Iterator[str]:
 
 @rule
 def _corrections_have_a_frame(cart: ReferenceCartParameters) -> Iterator[str]:
-    given, shared = cart.localisation, cart.shared
-    if given.rate > 0.0 and not (shared.is_localised and shared.lockstep):
-        yield (f'localisation.rate = {given.rate:g} Hz draws corrections of path_frame in lockstep, and path_frame is '
-               f"'{shared.path_frame}'; set path_frame to map and lockstep to true, or leave it out")
-    if given.rate > 0.0 and awaits_path(cart):
+    localisation, shared = cart.localisation, cart.shared
+    if localisation.rate > 0.0 and not (shared.is_localised and shared.lockstep):
+        yield (f'localisation.rate = {localisation.rate:g} Hz draws corrections of path_frame in lockstep, and '
+               f"path_frame is '{shared.path_frame}'; set path_frame to map and lockstep to true, or leave it out")
+    if localisation.rate > 0.0 and awaits_path(cart):
         yield ('localisation.rate draws corrections for a path.file or a curve; name one, or leave it out: a path of '
                'the topic path is corrected by /tf')
     if shared.is_localised and not (shared.lockstep or cart.waiting.wait):
@@ -334,6 +334,6 @@ def _queues_are_short(plant: PlantParameters) -> Iterator[str]:
 def velocity_loop_is_stable(parameters: VelocityControllerParameters) -> Iterator[str]:
     """Refuse gains that are unstable at the rate; a base that takes velocity commands has no such loop."""
     shared = parameters.shared
-    found = instability(parameters.gains, shared.robot, shared.velocity_rate, shared.lockstep)
-    if found:
-        yield found
+    fault = instability(parameters.gains, shared.robot, shared.velocity_rate, shared.lockstep)
+    if fault:
+        yield fault
