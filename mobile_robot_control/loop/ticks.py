@@ -141,9 +141,9 @@ def make_velocity_tick(form: Form = IDEAL_FORM) -> Callable[..., tuple[LoopState
     def torque_tick(state: LoopState, k: int, loop: Loop) -> tuple[LoopState, WheelTorque, WheelTorque]:
         robot, sent, constants = state.robot, state.sent, loop.robot
         wheels = measured_wheels(robot.sensors, robot.motion, k, constants.sensors)
-        asked = Asked(sent.command, sent.acceleration, (k - sent.since) * constants.plant.dt)
+        request = Asked(sent.command, sent.acceleration, (k - sent.since) * constants.plant.dt)
         velocity, torque = law_step(
-            state.velocity, asked, body_velocity(wheels, constants.plant.robot), loop.velocity, constants.plant.robot,
+            state.velocity, request, body_velocity(wheels, constants.plant.robot), loop.velocity, constants.plant.robot,
             constants.plant.dt)
         after, _, applied = moved(robot, torque, k, constants)
         return LoopState(robot=after, velocity=velocity, position=state.position, sent=sent), torque, applied

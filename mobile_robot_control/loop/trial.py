@@ -218,7 +218,7 @@ def bind(
     index_tick, index_step = (add_true_tick, add_step) if form.indices else (no_tick, no_step)
     vary = variation_step(form.varies, form.plant.takes_velocity)
 
-    def roll(state: LoopState, loop: Loop, given: Any, steps: int, ratio: int, late: int) -> Outcome:
+    def roll(state: LoopState, loop: Loop, motion: Any, steps: int, ratio: int, late: int) -> Outcome:
         robot, dt = loop.robot.plant.robot, loop.robot.plant.dt
         totals, late_totals, variation = _NOTHING, _NOTHING, _UNVARIED
         indices: Any = begun
@@ -227,7 +227,7 @@ def bind(
         for n in range(-(-steps // ratio)):
             first = n * ratio
             pose = state.robot.motion.pose
-            state, _, error = position_tick(state, references_at(given, n), first, first * dt, loop)
+            state, _, error = position_tick(state, references_at(motion, n), first, first * dt, loop)
             if not is_sound(state.sent.command):
                 return Outcome(first, pose, initial, totals, late_totals, True, variation.total, indices)
             for k in range(first, min(first + ratio, steps)):
@@ -244,7 +244,7 @@ def bind(
                     totals = add_torque(totals, applied, wheels, dt)
                 if k == first:
                     totals = add_error(totals, error, loop.position_dt)
-                    indices = index_tick(indices, error, pose, n, given, loop.position_dt)
+                    indices = index_tick(indices, error, pose, n, motion, loop.position_dt)
                     if k >= late:
                         late_totals = add_error(late_totals, error, loop.position_dt)
         if steps % ratio == 0:
@@ -272,10 +272,10 @@ def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
     )
 
 
-def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcome:
+def roll_trial(trial: Trial, roll: Callable[..., Outcome], motion: Any) -> Outcome:
     """Run one trial with a rollout of its law and its references; a law that raises leaves no measurements."""
     def rolled() -> Outcome:
-        return roll(trial.state, prepared_loop(trial), given, trial.steps, trial.ratio, trial.late)
+        return roll(trial.state, prepared_loop(trial), motion, trial.steps, trial.ratio, trial.late)
 
     try:
         return rolled()

@@ -42,11 +42,12 @@ class WallClockVelocity(WallClockMode):
 
 def _read_bounded(read: Callable[[bytes], BodyAcceleration], message: bytes) -> BodyAcceleration:
     """Return an acceleration; raise RefusedMessageError if it is no robot's."""
-    found = read(message)
-    if abs(found.linear) > _LARGEST.linear or abs(found.angular) > _LARGEST.angular:
-        raise RefusedMessageError('acceleration too large', f'{found.linear:g} m/s², {found.angular:g} rad/s² are '
-                                  f'beyond {_LARGEST.linear:g} m/s², {_LARGEST.angular:g} rad/s²')
-    return found
+    acceleration = read(message)
+    if abs(acceleration.linear) > _LARGEST.linear or abs(acceleration.angular) > _LARGEST.angular:
+        raise RefusedMessageError('acceleration too large', f'{acceleration.linear:g} m/s², '
+                                  f'{acceleration.angular:g} rad/s² are beyond {_LARGEST.linear:g} m/s², '
+                                  f'{_LARGEST.angular:g} rad/s²')
+    return acceleration
 
 
 def _command_timeout(values: VelocityControllerParameters) -> float:
@@ -96,7 +97,7 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
 
     def _acceleration(self, inputs: Inputs) -> BodyAcceleration | None:
         """Return the acceleration with the stamp of the command, the first one; None without it."""
-        accelerations, commands = inputs.given.get('cmd_accel'), inputs.given.get('cmd_vel')
+        accelerations, commands = inputs.messages.get('cmd_accel'), inputs.messages.get('cmd_vel')
         if accelerations is None or commands is None:
             return None
         # the acceleration of the next command may arrive a step before it: that of the present one still acts
