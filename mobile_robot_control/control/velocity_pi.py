@@ -76,16 +76,16 @@ def _asked(state: VelocityPiState, proportional: VelocityPiState) -> WheelTorque
 
 @jitable
 def _limited(
-    state: VelocityPiState, asked: WheelTorque, error: BodyVelocity, proportional: VelocityPiState,
+    state: VelocityPiState, request: WheelTorque, error: BodyVelocity, proportional: VelocityPiState,
     gains: VelocityGains, max_wheel_torque: float, dt: float,
 ) -> tuple[VelocityPiState, WheelTorque]:
     """Return the integral terms for the next step, and the torques within the limit."""
-    torque = saturate(asked, max_wheel_torque)
+    torque = saturate(request, max_wheel_torque)
     grown_common, grown_differential = state
     # both sides of the comparison have the same rounding, which must not look like a limit
-    if not _held_by_limit(asked.right + asked.left, torque.right + torque.left, error.linear):
+    if not _held_by_limit(request.right + request.left, torque.right + torque.left, error.linear):
         grown_common += proportional.common * dt / gains.ti1
-    if not _held_by_limit(asked.right - asked.left, torque.right - torque.left, error.angular):
+    if not _held_by_limit(request.right - request.left, torque.right - torque.left, error.angular):
         grown_differential += proportional.differential * dt / gains.ti2
     return VelocityPiState(grown_common, grown_differential), torque
 
@@ -168,8 +168,8 @@ def fed_step(
     present = advanced(command, acceleration, age)
     error = BodyVelocity(present.linear - measured.linear, present.angular - measured.angular)
     proportional = _proportional(error, gains, robot)
-    asked, fed = _asked(state, proportional), inverse_dynamics(present, acceleration, robot)
-    return _limited(state, WheelTorque(asked.right + fed.right, asked.left + fed.left), error, proportional, gains,
+    request, fed = _asked(state, proportional), inverse_dynamics(present, acceleration, robot)
+    return _limited(state, WheelTorque(request.right + fed.right, request.left + fed.left), error, proportional, gains,
                     max_wheel_torque, dt)
 
 
