@@ -45,18 +45,18 @@ class _CommandParser(argparse.ArgumentParser):
     """Whether the command drives the configured law, and so the one law of its ``--law``."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        given = sys.argv[1:] if args is None else list(args)
+        words = sys.argv[1:] if args is None else list(args)
         plugins = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
         laws: tuple[str, ...] = ()
         _add_plugin_options(plugins)
         try:
             early, _ = plugins.parse_known_args(args)
-            laws = load_plugins(early.law_files, early.curve_files, _KEEP_GOING in given)
+            laws = load_plugins(early.law_files, early.curve_files, _KEEP_GOING in words)
         except argparse.ArgumentError:
             pass  # the whole parser says so in its own words
         except ParameterError as error:
             self.exit(2, ''.join(f'{self.prog}: {told(violation)}\n' for violation in error.violations))
-        for word in given[:given.index('--')] if '--' in given else given:
+        for word in words[:words.index('--')] if '--' in words else words:
             name, _, value = word.partition('=')
             # argparse names what is missing first, and takes a word with a space for a value
             if name.startswith('--') and ' ' not in word and name not in self._option_string_actions:
@@ -64,10 +64,10 @@ class _CommandParser(argparse.ArgumentParser):
             # argparse drops it, and takes the option for one without a value
             if name.startswith('--') and value == '--':
                 self.error(f"argument {name}: '--' is no value; write one")
-        found, rest = super().parse_known_args(args, namespace)
-        found.command_line = shlex.join([self.prog, *given])
-        found.own_laws = laws if self.drives else ()
-        return found, rest
+        options, rest = super().parse_known_args(args, namespace)
+        options.command_line = shlex.join([self.prog, *words])
+        options.own_laws = laws if self.drives else ()
+        return options, rest
 
     def error(self, message: str) -> NoReturn:
         # the values that it quotes may contain anything
@@ -97,24 +97,24 @@ def make_parser(
     """
     # an abbreviated --law would be read after the options that need its law
     first, _, notes = inspect.cleandoc(documentation or '').partition('\n\n')
-    made = _CommandParser(
+    parser = _CommandParser(
         prog=name, description=first.partition(': ')[2], allow_abbrev=False,
         epilog='\n\n'.join(filter(None, [notes, '' if 'Exit codes:' in notes else EXIT_CODES])),
         formatter_class=argparse.RawDescriptionHelpFormatter)
-    made.drives = drives
-    made.add_argument('--version', action='version', version=f'{name} {__version__}')
-    made.add_argument('--robot', metavar='NAME|FILE', help='name of a robot of this package, or its parameter file; '
-                      'the other parameter files and -p win over it')
-    made.add_argument('--params-file', action='append', default=[], metavar='FILE', dest='params_files',
-                      help='ROS 2 parameter file, as for a node; may be repeated, later files win')
-    made.add_argument('-p', action='append', default=[], metavar='NODE.PARAMETER:=VALUE', dest='overrides',
-                      help="one parameter, such as plant.max_wheel_torque:=3.0, or '/**.position_rate:=50.0' for all "
-                      'nodes; it wins over the files; may be repeated')
+    parser.drives = drives
+    parser.add_argument('--version', action='version', version=f'{name} {__version__}')
+    parser.add_argument('--robot', metavar='NAME|FILE', help='name of a robot of this package, or its parameter file; '
+                        'the other parameter files and -p win over it')
+    parser.add_argument('--params-file', action='append', default=[], metavar='FILE', dest='params_files',
+                        help='ROS 2 parameter file, as for a node; may be repeated, later files win')
+    parser.add_argument('-p', action='append', default=[], metavar='NODE.PARAMETER:=VALUE', dest='overrides',
+                        help="one parameter, such as plant.max_wheel_torque:=3.0, or '/**.position_rate:=50.0' for all "
+                        'nodes; it wins over the files; may be repeated')
     for request in requests:
         for option in options_of(request).values():
-            _add_option(made, option, option.name in positional)
-    _add_plugin_options(made)
-    return made
+            _add_option(parser, option, option.name in positional)
+    _add_plugin_options(parser)
+    return parser
 
 
 def _add_option(parser: argparse.ArgumentParser, option: Option, positional: bool) -> None:
@@ -157,11 +157,11 @@ def _help(option: Option) -> str:
 
 def _element(option: Option) -> Callable[[str], Any]:
     """Make a function that reads a value, or an element of it, for an option's ``type``."""
-    def read(text: str) -> Any:
-        value: Any = text
+    def read(word: str) -> Any:
+        value: Any = word
         if option.reader is None and option.kind in (int, float):
             with contextlib.suppress(ValueError):
-                value = option.kind(text)
+                value = option.kind(word)
         try:
             return option.element(value)
         except ParameterError as error:

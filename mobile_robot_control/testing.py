@@ -97,11 +97,11 @@ def check_curve(curve: 'Curve', over_dds: bool = True) -> 'Conformance':
 
 
 def _parser() -> argparse.ArgumentParser:
-    made = argparse.ArgumentParser(prog='mobile_robot_control.testing', allow_abbrev=False,
-                                   description='check the LAW and the CURVE of a Python file')
-    made.add_argument('file', metavar='FILE.py', help='has a LAW, a CURVE or both')
-    made.add_argument('--no-dds', action='store_false', dest='over_dds', help='leave out the run over DDS')
-    return made
+    parser = argparse.ArgumentParser(prog='mobile_robot_control.testing', allow_abbrev=False,
+                                     description='check the LAW and the CURVE of a Python file')
+    parser.add_argument('file', metavar='FILE.py', help='has a LAW, a CURVE or both')
+    parser.add_argument('--no-dds', action='store_false', dest='over_dds', help='leave out the run over DDS')
+    return parser
 
 
 def _run(options: argparse.Namespace) -> int:

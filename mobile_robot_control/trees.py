@@ -59,10 +59,10 @@ def reader(shape: Shape) -> Callable[[Any], Any]:
             kinds.append(kind)
         return f'T{kinds.index(kind)}({items})'
 
-    text = source(shape)
-    made: Callable[[Any], Any] = eval(  # noqa: S307 (of types and places alone)
-        f'lambda row: {text}', {f'T{n}': kind for n, kind in enumerate(kinds)})
-    return jitable_apart(made)
+    body = source(shape)
+    read: Callable[[Any], Any] = eval(  # noqa: S307 (of types and places alone)
+        f'lambda row: {body}', {f'T{n}': kind for n, kind in enumerate(kinds)})
+    return jitable_apart(read)
 
 
 
@@ -90,9 +90,9 @@ def writer(shape: Shape) -> Callable[[Any, Any], None]:
             lines.append(f'    row[{len(lines)}] = {f"1.0 if {at} else 0.0" if shape is bool else at}\n')
 
     add(shape, 'tree')
-    made: dict[str, Any] = {}
-    exec(f'def write(row, tree):\n{"".join(lines)}', made)  # noqa: S102 (of places alone)
-    function: Callable[[Any, Any], None] = made['write']
+    namespace: dict[str, Any] = {}
+    exec(f'def write(row, tree):\n{"".join(lines)}', namespace)  # noqa: S102 (of places alone)
+    function: Callable[[Any, Any], None] = namespace['write']
     return jitable_apart(function)
 
 

@@ -15,11 +15,20 @@ from numpy.typing import NDArray
 from mobile_robot_control.control.law import is_sound
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.control.tracking_error import tracking_error
-from mobile_robot_control.control.velocity_pi import VelocityPiState
+from mobile_robot_control.control.velocity_laws import selected_velocity_law
+from mobile_robot_control.control.velocity_loop import VelocityState
 from mobile_robot_control.loop.closed_loop import Loop, LoopState, with_command, with_law
-from mobile_robot_control.loop.ticks import form_of, make_position_tick, make_velocity_tick, start
+from mobile_robot_control.loop.ticks import (
+    form_of,
+    law_steps,
+    make_position_tick,
+    make_velocity_answer,
+    make_velocity_tick,
+    start,
+)
 from mobile_robot_control.model import dynamics
-from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, period_nanoseconds
+from mobile_robot_control.model.simulation import robot_step
+from mobile_robot_control.quantities import BodyVelocity, Pose, Reference, WheelTorque, period_nanoseconds
 from mobile_robot_control.reference.course import references_along
 from mobile_robot_control.settings.configure import at_cart_start
 from mobile_robot_control.settings.nodes import Configuration, course_of
@@ -43,6 +52,8 @@ class LapLoop(NamedTuple):
     ----------
     position_tick, velocity_tick : callable
         Of `loop.ticks`.
+    velocity_answer, moved : callable
+        The parts of the velocity tick, law and robot.
     loop : Loop
         Constants.
     ratio : int
@@ -52,6 +63,8 @@ class LapLoop(NamedTuple):
 
     position_tick: Callable[..., Any]
     velocity_tick: Callable[..., Any]
+    velocity_answer: Callable[..., Any]
+    moved: Callable[..., Any]
     loop: Loop
     ratio: int
 
@@ -94,7 +107,9 @@ def lap_loop(configuration: Configuration) -> LapLoop:
     """Return the loop of a checked configuration; its position tick raises NotFollowedError if the law fails."""
     control, loop = configuration.position_controller.control, start(configuration)[0]
     form = form_of(configuration)
-    position_tick = make_position_tick(LAWS[control.controller_type].step, form)
+    steps = law_steps(
+        LAWS[control.controller_type], selected_velocity_law(configuration.velocity_controller.control)[0], form)
+    position_tick = make_position_tick(steps.position, form)
 
     def checked_tick(*arguments: Any) -> Any:
         try:
@@ -107,7 +122,13 @@ def lap_loop(configuration: Configuration) -> LapLoop:
             raise NotFollowedError('the law gives a command that is not finite')
         return ticked
 
-    return LapLoop(checked_tick, make_velocity_tick(form), loop, round(loop.position_dt / loop.robot.plant.dt))
+    answer = _silent if steps.velocity is None else make_velocity_answer(steps.velocity, form)
+    return LapLoop(checked_tick, make_velocity_tick(steps.velocity, form), answer, robot_step(form.plant), loop,
+                   round(loop.position_dt / loop.robot.plant.dt))
+
+
+def _silent(*_: Any) -> Any:
+    raise TypeError('a base has no velocity law')
 
 
 def followed_lap(configuration: Configuration) -> Iterator[FollowedTick]:
@@ -170,14 +191,14 @@ class LinearLoop(NamedTuple):
         A.
     inputs : array, shape (parts, states, 2)
         B_j, of the input during the j-th of the equal parts of the period.
-    asked : array, shape (2, states)
+    output : array, shape (2, states)
         C: the controller's output at the period's start.
 
     """
 
     state: Array
     inputs: Array
-    asked: Array
+    output: Array
 
 
 _NO_DERIVATIVE = LinearLoop(*(np.full(shape, np.nan) for shape in ((1, 1), (1, 1, 2), (2, 1))))
@@ -218,10 +239,10 @@ def slopes_of(function: Callable[[Array], Array], at: Array) -> Array:
 
 def reached(links: Flags, first: Any) -> Any:
     """Return the states reached from the first ones over links, where links[i, j] leads from j to i."""
-    found = first
+    states = first
     for _ in range(len(links)):
-        found = found | np.any(links[:, found], axis=1)
-    return found
+        states = states | np.any(links[:, states], axis=1)
+    return states
 
 
 class Opened(NamedTuple):
@@ -246,8 +267,8 @@ def _linear(opened: Sequence[Opened]) -> tuple[LinearLoop, ...]:
             part[:n, :n][np.ix_(kept, kept)],
             part[:n, n:][kept].reshape(kept.sum(), (part.shape[1] - n) // 2, 2).transpose(1, 0, 2),
             part[n:, :n][:, kept],
-        ) if is_smooth(one, part, kept) else _NO_DERIVATIVE
-        for one, part in zip(opened, slopes, strict=True)
+        ) if is_smooth(loop, part, kept) else _NO_DERIVATIVE
+        for loop, part in zip(opened, slopes, strict=True)
     )
 
 
@@ -275,11 +296,11 @@ def _position_period(lap: LapLoop, tick: FollowedTick) -> Opened:
         values = numbers.tolist()
         before = with_numbers(tick.state, iter(values[:states]), start)
         state = lap.position_tick(before, tick.references, tick.k, tick.time, lap.loop)[0]
-        asked: BodyVelocity = state.sent.command
+        command: BodyVelocity = state.sent.command
         for j in range(lap.ratio):
             state = with_command(state, BodyVelocity(*values[states + 2 * j:states + 2 * j + 2]))
             state = lap.velocity_tick(state, tick.k + j, lap.loop)[0]
-        return np.array([*numbers_of(state, end), *asked])
+        return np.array([*numbers_of(state, end), *command])
 
     return Opened(period, at, states)
 
@@ -309,24 +330,15 @@ def linear_velocity_loop(lap: LapLoop, tick: FollowedTick) -> tuple[LinearLoop, 
     """
     frame = tick.reference.pose
     after = with_command(tick.state, tick.command)
-    at = np.array([*numbers_of(after, frame), *lap.velocity_tick(after, tick.k, lap.loop)[1]])
+    at = np.array([*numbers_of(after, frame), *lap.velocity_answer(after, tick.k, lap.loop)[1]])
     states = len(at) - 2
-
-    velocity = lap.loop.velocity
-    # a feedforward is not part of the loop
-    nominal = velocity.nominal and velocity.nominal._replace(
-        mass=0.0, inertia=0.0, wheel_inertia=0.0, viscous_friction=0.0)
-    opened = lap.loop._replace(velocity=velocity._replace(
-        gains=velocity.gains._replace(k1=0.0, k2=0.0), nominal=nominal))
 
     def period(numbers: Array) -> Array:
         values = numbers.tolist()
         state: LoopState = with_numbers(after, iter(values[:states]), frame)
-        closed, asked, _ = lap.velocity_tick(state, tick.k, lap.loop)
-        # without gains the torque comes from the integral terms alone
-        right, left = values[states:]
-        driven = lap.velocity_tick(
-            state._replace(velocity=VelocityPiState(0.5 * (right + left), 0.5 * (right - left))), tick.k, opened)[0]
-        return np.array([*numbers_of(driven._replace(velocity=closed.velocity), frame), *asked])
+        law, torque = lap.velocity_answer(state, tick.k, lap.loop)
+        robot, _, applied = lap.moved(state.robot, WheelTorque(*values[states:]), tick.k, lap.loop.robot)
+        kept = applied if state.velocity.applied else ()
+        return np.array([*numbers_of(state._replace(robot=robot, velocity=VelocityState(law, kept)), frame), *torque])
 
     return _linear([Opened(period, at, states)])

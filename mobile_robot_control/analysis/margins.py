@@ -98,19 +98,19 @@ def spectral_radius_of(loop: Sequence[LinearLoop], gain: float = 1.0, delay: flo
     late = (delay - whole) * parts
     n = len(loop[0].state)
     product = np.eye(n + 2 * (whole + 1))
-    for one in loop:
+    for linear in loop:
         # the share of each part of the period in which the older of two inputs still acts
         older = np.clip(late - np.arange(parts), 0.0, 1.0)
-        old, new = (np.tensordot(share, one.inputs, 1) for share in (older, 1.0 - older))
+        old, new = (np.tensordot(share, linear.inputs, 1) for share in (older, 1.0 - older))
         closed = np.zeros_like(product)
         # the state is followed by the outputs of earlier periods, the newest first
-        closed[:n, :n] = one.state
+        closed[:n, :n] = linear.state
         closed[:n, n + 2 * whole:] += gain * old
         if whole:
             closed[:n, n + 2 * (whole - 1):n + 2 * whole] += gain * new
         else:
-            closed[:n, :n] += gain * new @ one.asked
-        closed[n:n + 2, :n] = one.asked
+            closed[:n, :n] += gain * new @ linear.output
+        closed[n:n + 2, :n] = linear.output
         closed[n + 2:, n:-2] = np.eye(2 * whole)
         product = closed @ product
     if not np.isfinite(product).all():
@@ -132,10 +132,10 @@ def _first_unstable(radius: Callable[[float], float], grid: Sequence[float]) -> 
 
 def _delays(longest: int) -> list[float]:
     """Return the delays to try, in smaller steps for short ones."""
-    found = [0]
-    while found[-1] < longest:
-        found.append(min(longest, found[-1] + max(1, found[-1] // 8)))
-    return [float(delay) for delay in found]
+    delays = [0]
+    while delays[-1] < longest:
+        delays.append(min(longest, delays[-1] + max(1, delays[-1] // 8)))
+    return [float(delay) for delay in delays]
 
 
 def margins_of(loop: Sequence[LinearLoop], longest: int = MOST_PERIODS) -> Margins:
@@ -296,13 +296,13 @@ class LoopMargins(NamedTuple):
     multiplier: float = math.nan
 
 
-def _worst(found: Sequence[tuple[float, Margins]]) -> LapMargins:
+def _worst(margins_by_time: Sequence[tuple[float, Margins]]) -> LapMargins:
     """Return the worst of margins by time; unknown if one of them is."""
-    if any(math.isnan(margins.gain) for _, margins in found):
+    if any(math.isnan(margins.gain) for _, margins in margins_by_time):
         return LapMargins(UNKNOWN, math.nan, math.nan)
-    gain_time, gain = min(((time, margins.gain) for time, margins in found), key=lambda pair: pair[1])
-    delay_time, delay = min(((time, margins.delay) for time, margins in found), key=lambda pair: pair[1])
-    lowest = max(margins.lowest_gain for _, margins in found)
+    gain_time, gain = min(((time, margins.gain) for time, margins in margins_by_time), key=lambda pair: pair[1])
+    delay_time, delay = min(((time, margins.delay) for time, margins in margins_by_time), key=lambda pair: pair[1])
+    lowest = max(margins.lowest_gain for _, margins in margins_by_time)
     return LapMargins(Margins(gain, lowest, delay), gain_time, delay_time)
 
 
@@ -349,8 +349,8 @@ def loop_margins(configuration: Configuration) -> LoopMargins:
             position.append((time, margins_of(linear_position_loop(lap, window), longest_delay(lap.loop.position_dt))))
     except NotFollowedError as error:
         return LoopMargins(nothing if by_torque else None, nothing, str(error))
-    found = LoopMargins(_worst(velocity) if by_torque else None, _worst(position))
-    if found.position.margins.gain < CERTAIN:
-        found = found._replace(multiplier=lap_multiplier(lap, followed[:-(-ticks // pattern) * pattern], pattern))
-    known = all(not math.isnan(loop.margins.gain) for loop in found[:2] if loop is not None)
-    return found if known else found._replace(reason='the loop has no derivative at a point of the lap')
+    margins = LoopMargins(_worst(velocity) if by_torque else None, _worst(position))
+    if margins.position.margins.gain < CERTAIN:
+        margins = margins._replace(multiplier=lap_multiplier(lap, followed[:-(-ticks // pattern) * pattern], pattern))
+    is_known = all(not math.isnan(loop.margins.gain) for loop in margins[:2] if loop is not None)
+    return margins if is_known else margins._replace(reason='the loop has no derivative at a point of the lap')

@@ -144,10 +144,10 @@ def _text(value: Any, units: str) -> str:
 def _acting(configuration: Configuration) -> Iterator[tuple[str, Declaration, Effect]]:
     """Yield the parameters that model an effect with the configured kind of plant."""
     drive = drive_of(configuration)
-    for name, one in _declared(configuration).items():
+    for name, declaration in _declared(configuration).items():
         effect = effect_of(name)
         if effect is not None and drive in effect.drives and (drive == 'velocity' or not name.startswith(_BASE)):
-            yield name, one, effect
+            yield name, declaration, effect
 
 
 def describe_model(configuration: Configuration, instead: Mapping[str, str] | None = None) -> Described:
@@ -162,12 +162,13 @@ def describe_model(configuration: Configuration, instead: Mapping[str, str] | No
         Texts by phrase of the effects that scenarios set; '' if they leave one out.
 
     """
-    found: dict[str, list[str]] = {}
+    by_phrase: dict[str, list[str]] = {}
     drive = drive_of(configuration)
-    for _, one, effect in _acting(configuration):
-        if not _is_off(one.default, effect.off) and one.kind in (int, float, tuple):
-            found.setdefault(effect.phrase, []).append(_text(one.default, one.field.unit or effect.unit))
-    texts = {phrase: ', '.join(values) for phrase, values in found.items()} | dict(instead or {})
+    for _, declaration, effect in _acting(configuration):
+        if not _is_off(declaration.default, effect.off) and declaration.kind in (int, float, tuple):
+            by_phrase.setdefault(effect.phrase, []).append(
+                _text(declaration.default, declaration.field.unit or effect.unit))
+    texts = {phrase: ', '.join(values) for phrase, values in by_phrase.items()} | dict(instead or {})
     modelled = {effect.phrase: texts[effect.phrase] for effect in EFFECTS if texts.get(effect.phrase)}
     names = split_names(configuration.plant.model.ruled_out)
     absent = [effect for effect in map(effect_of, (f'plant.{name}' for name in names)) if effect is not None]
@@ -192,13 +193,13 @@ def _off(one: Declaration) -> Any:
 def smooth_part(configuration: Configuration) -> Configuration:
     """Return a configuration without the effects that have no linearisation: noise, limits, friction that sticks."""
     values: dict[str, dict[str, Any]] = {node: {} for node in configuration._fields}
-    for name, one in _declared(configuration).items():
+    for name, declaration in _declared(configuration).items():
         node, _, parameter = name.partition('.')
-        values[node][parameter] = one.default
-    for name, one, effect in _acting(configuration):
-        if not effect.smooth and one.kind in (bool, int, float, tuple):
+        values[node][parameter] = declaration.default
+    for name, declaration, effect in _acting(configuration):
+        if not effect.smooth and declaration.kind in (bool, int, float, tuple):
             node, _, parameter = name.partition('.')
-            values[node][parameter] = _off(one)
+            values[node][parameter] = _off(declaration)
     return configure(values)
 
 

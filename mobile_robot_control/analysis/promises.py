@@ -96,16 +96,16 @@ def _shrink(multiplier: float) -> str:
 
 
 def _shortfalls(
-    name: str, found: LapMargins, period: float, least: float, multiplier: float = math.nan
+    name: str, worst: LapMargins, period: float, least: float, multiplier: float = math.nan
 ) -> Iterator[str]:
     """Yield the thin margins of a loop; the delay margin must be at least `least` [s]."""
-    gain, lowest, delay = found.margins
+    gain, lowest, delay = worst.margins
     if multiplier >= 1.0:
         yield f'the {name} loop is not stable: an error grows to {multiplier:.3g} of itself in a lap; lower the gains'
         return
     if gain <= 1.0:
-        yield (f'the {name} loop is not stable at {_place(found.gain_time)}; lower the gains' if math.isnan(multiplier)
-               else f'errors of the {name} loop grow around {_place(found.gain_time)}, and {_shrink(multiplier)}: no '
+        yield (f'the {name} loop is not stable at {_place(worst.gain_time)}; lower the gains' if math.isnan(multiplier)
+               else f'errors of the {name} loop grow around {_place(worst.gain_time)}, and {_shrink(multiplier)}: no '
                'margin is known there')
         return
     if gain < THIN_GAIN:
@@ -118,80 +118,82 @@ def _shortfalls(
                'little: lower the gains, or model what is late on the robot and search again')
 
 
-def warnings_of(found: Promise) -> list[str]:
+def warnings_of(promise: Promise) -> list[str]:
     """Return warnings about numbers that a robot may not reproduce, each in a sentence."""
-    made = _margin_warnings(found)
-    unknown = '; '.join(f'{phrase} ({find})' for phrase, find in found.described.unknown.items())
+    warnings = _margin_warnings(promise)
+    unknown = '; '.join(f'{phrase} ({find})' for phrase, find in promise.described.unknown.items())
     if unknown:
-        made.append(f'not modelled, and {_UNKNOWN}: {unknown}. {_REMEDY}{_room(found)}')
-    return made
+        warnings.append(f'not modelled, and {_UNKNOWN}: {unknown}. {_REMEDY}{_room(promise)}')
+    return warnings
 
 
-def _margin_warnings(found: Promise) -> list[str]:
+def _margin_warnings(promise: Promise) -> list[str]:
     """Return the warnings without those of effects that are not modelled."""
-    margins = found.margins
-    made: list[str] = [*found.cautions, *([f'the margins are unknown: {margins.reason}'] if margins.reason else [])]
+    margins, warnings = promise.margins, list(promise.cautions)
+    if margins.reason:
+        warnings.append(f'the margins are unknown: {margins.reason}')
     if margins.velocity is not None:
         # on the wall clock the nodes use up one or two samples of it
-        periods = THIN_PERIODS if found.lockstep else 2.0 * THIN_PERIODS
-        made += _shortfalls('velocity', margins.velocity, found.velocity_period, periods * found.velocity_period)
-    made += _shortfalls('position', margins.position, found.position_period,
-                        max(THIN_DELAY, THIN_PERIODS * found.position_period), margins.multiplier)
-    return made
+        periods = THIN_PERIODS if promise.lockstep else 2.0 * THIN_PERIODS
+        warnings += _shortfalls('velocity', margins.velocity, promise.velocity_period,
+                                periods * promise.velocity_period)
+    warnings += _shortfalls('position', margins.position, promise.position_period,
+                            max(THIN_DELAY, THIN_PERIODS * promise.position_period), margins.multiplier)
+    return warnings
 
 
-def _room(found: Promise) -> str:
+def _room(promise: Promise) -> str:
     """Describe the room for further delay."""
-    gain, _, delay = found.margins.position.margins
-    if not math.isfinite(delay) or gain <= 1.0 or found.margins.multiplier >= 1.0:
+    gain, _, delay = promise.margins.position.margins
+    if not math.isfinite(delay) or gain <= 1.0 or promise.margins.multiplier >= 1.0:
         return ''
-    return f'; there is room for {1e3 * delay * found.position_period:.0f} ms of delay before the loop is unstable'
+    return f'; there is room for {1e3 * delay * promise.position_period:.0f} ms of delay before the loop is unstable'
 
 
 def _place(time: float) -> str:
     return f't = {time:.3g} s of the lap'
 
 
-def _gain_text(found: LapMargins) -> str:
-    gain, lowest, _ = found.margins
+def _gain_text(worst: LapMargins) -> str:
+    gain, lowest, _ = worst.margins
     lower = f', lower gain margin {lowest:.2f}' if lowest else ''
     if math.isinf(gain):
         return f'gain margin more than {LARGEST_GAIN:g}{lower}'
-    return f'gain margin {gain:.2f} at {_place(found.gain_time)}{lower}'
+    return f'gain margin {gain:.2f} at {_place(worst.gain_time)}{lower}'
 
 
-def _loop_text(name: str, found: LapMargins, period: float, longest: int, multiplier: float = math.nan) -> str:
+def _loop_text(name: str, worst: LapMargins, period: float, longest: int, multiplier: float = math.nan) -> str:
     """Describe the margins of a loop; the delay margin was searched up to the longest [periods]."""
     if multiplier >= 1.0:
         return f'{name} loop: not stable, an error grows to {multiplier:.3g} of itself in a lap'
     lap = '' if math.isnan(multiplier) else f'; errors {_shrink(multiplier)}'
-    delay = found.margins.delay
+    delay = worst.margins.delay
     if math.isnan(delay):
         return f'{name} loop: margins unknown'
-    if found.margins.gain <= 1.0:
-        place = _place(found.gain_time)
+    if worst.margins.gain <= 1.0:
+        place = _place(worst.gain_time)
         return f'{name} loop: errors grow around {place}{lap}' if lap else f'{name} loop: not stable at {place}'
     periods = f'more than {longest}' if math.isinf(delay) else f'{delay:.1f}'
-    at = '' if math.isinf(delay) else f' at {_place(found.delay_time)}'
-    return (f'{name} loop: {_gain_text(found)}, delay margin {1e3 * min(delay, longest) * period:.4g} ms '
+    at = '' if math.isinf(delay) else f' at {_place(worst.delay_time)}'
+    return (f'{name} loop: {_gain_text(worst)}, delay margin {1e3 * min(delay, longest) * period:.4g} ms '
             f'({periods} {name} periods){at}{lap}')
 
 
-def promise_lines(found: Promise) -> list[str]:
+def promise_lines(promise: Promise) -> list[str]:
     """Return the promise as lines of text of at most 100 characters; a warning has what can be looked for."""
-    described = found.described
+    described = promise.described
     left = [phrase for phrase in described.not_modelled if phrase not in described.unknown]
-    return as_lines([*_described(described, f'{"; ".join(left)}: {_UNKNOWN}' if left else ''), *_margin_texts(found),
-                     *(f'warning: {text}' for text in warnings_of(found))])
+    return as_lines([*_described(described, f'{"; ".join(left)}: {_UNKNOWN}' if left else ''), *_margin_texts(promise),
+                     *(f'warning: {text}' for text in warnings_of(promise))])
 
 
-def brief_lines(found: Sequence[Promise]) -> list[str]:
+def brief_lines(promises: Sequence[Promise]) -> list[str]:
     """Return the promises of one or several loops as lines, with what all have in common once: warnings first."""
-    texts = [f'warning: {text}' for one in found for text in _margin_warnings(one)]
-    for one in found:
-        names = '; '.join(one.described.not_modelled)
-        texts += _described(one.described, names and f'{names}: {_UNKNOWN}. {_REMEDY}')
-    texts += (text for one in found for text in _margin_texts(one))
+    texts = [f'warning: {text}' for one in promises for text in _margin_warnings(one)]
+    for promise in promises:
+        names = '; '.join(promise.described.not_modelled)
+        texts += _described(promise.described, names and f'{names}: {_UNKNOWN}. {_REMEDY}')
+    texts += (text for one in promises for text in _margin_texts(one))
     return as_lines(dict.fromkeys(texts))
 
 
@@ -205,17 +207,17 @@ def _described(described: Described, not_modelled: str) -> Iterator[str]:
         yield f'ruled out: {"; ".join(described.ruled_out)}'
 
 
-def _margin_texts(found: Promise) -> list[str]:
+def _margin_texts(promise: Promise) -> list[str]:
     """Return the margins, and what is not in them."""
-    margins, texts = found.margins, []
+    margins, texts = promise.margins, []
     if margins.velocity is not None:
-        texts.append(_loop_text('velocity', margins.velocity, found.velocity_period, MOST_PERIODS))
-    texts.append(_loop_text('position', margins.position, found.position_period, longest_delay(found.position_period),
-                            margins.multiplier))
-    if found.spread:
-        texts.append(spread_text(found.spread))
-    if found.described.not_in_margins:
-        texts.append(f'not in the margins: {"; ".join(found.described.not_in_margins)}')
+        texts.append(_loop_text('velocity', margins.velocity, promise.velocity_period, MOST_PERIODS))
+    texts.append(_loop_text('position', margins.position, promise.position_period,
+                            longest_delay(promise.position_period), margins.multiplier))
+    if promise.spread:
+        texts.append(spread_text(promise.spread))
+    if promise.described.not_in_margins:
+        texts.append(f'not in the margins: {"; ".join(promise.described.not_in_margins)}')
     return texts
 
 
@@ -226,7 +228,7 @@ def spread_text(spread: Sequence[float]) -> str:
             f'{largest:.2f} cm')
 
 
-def promise_values(found: Promise) -> dict[str, Any]:
+def promise_values(promise: Promise) -> dict[str, Any]:
     """Return the promise as in `study.json`; numbers beyond the range of the search are None."""
     def of(loop: LapMargins | None, period: float) -> dict[str, float | None] | None:
         if loop is None:
@@ -236,15 +238,15 @@ def promise_values(found: Promise) -> dict[str, Any]:
                 'delay_time': _finite(loop.delay_time)}
 
     return {
-        'modelled': dict(found.described.modelled),
-        'not_modelled': list(found.described.not_modelled),
-        'ruled_out': list(found.described.ruled_out),
-        'rms_position_error_over_seeds': [_finite(error) for error in found.spread],
-        'margins': {'velocity_loop': of(found.margins.velocity, found.velocity_period),
-                    'position_loop': of(found.margins.position, found.position_period),
-                    'lap_multiplier': _finite(found.margins.multiplier),
-                    'not_in_margins': list(found.described.not_in_margins)},
-        'warnings': warnings_of(found),
+        'modelled': dict(promise.described.modelled),
+        'not_modelled': list(promise.described.not_modelled),
+        'ruled_out': list(promise.described.ruled_out),
+        'rms_position_error_over_seeds': [_finite(error) for error in promise.spread],
+        'margins': {'velocity_loop': of(promise.margins.velocity, promise.velocity_period),
+                    'position_loop': of(promise.margins.position, promise.position_period),
+                    'lap_multiplier': _finite(promise.margins.multiplier),
+                    'not_in_margins': list(promise.described.not_in_margins)},
+        'warnings': warnings_of(promise),
     }
 
 

@@ -141,7 +141,7 @@ def _searched(
 def with_gains(configuration: Configuration, gains: Gains) -> Configuration:
     """Return a loop with other gains."""
     velocity, position = configuration.velocity_controller, configuration.position_controller
-    return configuration._replace(velocity_controller=velocity._replace(gains=gains.velocity),
+    return configuration._replace(velocity_controller=velocity._replace(control=gains.velocity),
                                   position_controller=position._replace(control=gains.control))
 
 

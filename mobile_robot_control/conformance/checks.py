@@ -78,7 +78,7 @@ class Conformance(NamedTuple):
                           *(f'  left out: {name} ({reason})' for name, reason in self.left_out.items())])
 
 
-def _found(check: Check) -> str | None:
+def _first_fault(check: Check) -> str | None:
     """Return the first fault; None if there is none."""
     try:
         return next(iter(check()), None)
@@ -93,25 +93,25 @@ def run_checks(subject: str, checks: Mapping[str, Check]) -> Conformance:
     passed, failures, left_out = ['record'], {}, {}
     for name, check in checks.items():
         try:
-            found = _found(check)
+            failure = _first_fault(check)
         except LeftOutError as reason:
             left_out[name] = str(reason)
             continue
-        if found is None:
+        if failure is None:
             passed.append(name)
         else:
-            failures[name] = found
+            failures[name] = failure
     if failures:
         raise ConformanceError(subject, failures)
     return Conformance(subject, tuple(passed), left_out)
 
 
-def with_dds(checks: Mapping[str, Check], over_dds: Check, asked: bool) -> dict[str, Check]:
+def with_dds(checks: Mapping[str, Check], over_dds: Check, requested: bool) -> dict[str, Check]:
     """Add the check over DDS; it is left out unless requested."""
     def not_asked() -> Iterable[str]:
         raise LeftOutError('over_dds=False')
 
-    return {**checks, 'over DDS': over_dds if asked else not_asked}
+    return {**checks, 'over DDS': over_dds if requested else not_asked}
 
 
 def refused(subject: str, violations: Iterable[str]) -> NoReturn:
@@ -138,16 +138,16 @@ def holding(registry: Registry[Any], record: Any) -> Iterator[None]:
 
 def records_of(file: str) -> tuple[tuple[Law, ...], tuple[Curve, ...]]:
     """Return the laws and the curves of a file; raise PluginError if it has neither."""
-    found: list[tuple[Any, ...]] = []
+    records: list[tuple[Any, ...]] = []
     # each import of the file makes new records: the laws' import is the last one, and its curves are those of the text
     for registry, missing in ((CURVES, 'has no CURVE'), (LAWS, 'has no LAW')):
         try:
-            found.append(registry.load_file(file))
+            records.append(registry.load_file(file))
         except PluginError as refusal:
             if missing not in str(refusal):
                 raise
-            found.append(())
-    curves, laws = found
+            records.append(())
+    curves, laws = records
     if not (laws or curves):
         raise PluginError([f'{file}: has neither LAW nor CURVE; see docs/extending.md'])
     return laws, curves

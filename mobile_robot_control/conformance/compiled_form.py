@@ -63,8 +63,8 @@ class Suspect(NamedTuple):
         File of the expression.
     line : int
         From 1.
-    text : str
-        The line.
+    expression : str
+        As the source has it.
     remedy : str
         Replacement.
 
@@ -72,12 +72,12 @@ class Suspect(NamedTuple):
 
     file: str
     line: int
-    text: str
+    expression: str
     remedy: str
 
     def __str__(self) -> str:
         """Return file, line, expression and remedy."""
-        return f'{self.file}:{self.line}: {self.text} (write {self.remedy} instead)'
+        return f'{self.file}:{self.line}: {self.expression} (write {self.remedy} instead)'
 
 
 def _called(node: ast.Call) -> str:
@@ -176,13 +176,13 @@ def suspects(
         Powers, and calls of functions that round differently or do not compile; empty without a source.
 
     """
-    found: dict[tuple[str, int], Suspect] = {}
-    waiting, known = [step] if isinstance(step, FunctionType) else [], set()
+    suspicious: dict[tuple[str, int], Suspect] = {}
+    waiting, visited = [step] if isinstance(step, FunctionType) else [], set()
     while waiting:
         function = waiting.pop(0)
-        if function in known:
+        if function in visited:
             continue
-        known.add(function)
+        visited.add(function)
         tree = _tree(function)
         if tree is None:
             continue
@@ -192,10 +192,10 @@ def suspects(
         for node in ast.walk(tree):
             if not _is_written_power_of_two(node) and (remedy := remedy_of(node, names)):
                 line: int = node.lineno  # type: ignore[attr-defined]
-                found.setdefault((file, line), Suspect(file, line, ast.unparse(node), remedy))
+                suspicious.setdefault((file, line), Suspect(file, line, ast.unparse(node), remedy))
             if isinstance(value := _value(node, names), FunctionType):
                 waiting.append(value)
-    return list(found.values())
+    return list(suspicious.values())
 
 
 TOLERANCE = 1e-12
@@ -226,19 +226,19 @@ def _compiled(law: Law, case: Case) -> Any:
         step(case.state, case.observation, taken_gains(case.control, case.dt), case.dt, 0)
     except Exception as error:  # an object that is no function raises other errors than numba's
         reason = reason_of(error)
-        text = f"the law '{law.name}' runs plain, some hundred times slower: numba cannot compile it ({reason})"
-        _warn(law, text)
+        warning = f"the law '{law.name}' runs plain, some hundred times slower: numba cannot compile it ({reason})"
+        _warn(law, warning)
         raise LeftOutError(f'numba cannot compile it: {reason}') from error
     return step
 
 
-def _warn(law: Law, text: str, found: list[Suspect] | None = None) -> None:
+def _warn(law: Law, warning: str, suspected: list[Suspect] | None = None) -> None:
     """Warn at a place in the source of a law: at the first suspicious expression, or at the law's step."""
-    found = suspects(law.step) if found is None else found
+    suspected = suspects(law.step) if suspected is None else suspected
     code = getattr(law.step, '__code__', None)
-    file, line = (found[0].file, found[0].line) if found else (
+    file, line = (suspected[0].file, suspected[0].line) if suspected else (
         getattr(code, 'co_filename', law.name), getattr(code, 'co_firstlineno', 1))
-    warnings.warn_explicit(text, ConformanceWarning, file, line)
+    warnings.warn_explicit(warning, ConformanceWarning, file, line)
 
 
 def _lines(law: Law) -> str:
@@ -253,11 +253,11 @@ def _share(plain: Any, compiled: Any) -> float:
     if len(ours) != len(theirs):
         return float('inf')
     largest = 0.0
-    for one, other in zip(ours, theirs, strict=True):
-        difference = abs(one - other)
-        if bits_of(one) != bits_of(other):
+    for plain_number, compiled_number in zip(ours, theirs, strict=True):
+        difference = abs(plain_number - compiled_number)
+        if bits_of(plain_number) != bits_of(compiled_number):
             # nan, or infinite, on one side alone
-            largest = max(largest, difference / (TOLERANCE * max(1.0, abs(one)))
+            largest = max(largest, difference / (TOLERANCE * max(1.0, abs(plain_number)))
                           if difference < float('inf') else float('inf'))
     return largest
 
@@ -281,9 +281,8 @@ def compiled_equals_plain(law: Law) -> Iterator[str]:
             rounded = case, plain, result
     if rounded is not None:
         case, plain, result = rounded
-        text = (f"the law '{law.name}' returns {plain} plain and {result} compiled, equal within {TOLERANCE:g} only, "
-                f'{describe(law, case)}; {_lines(law)}')
-        _warn(law, text)
+        _warn(law, f"the law '{law.name}' returns {plain} plain and {result} compiled, equal within {TOLERANCE:g} "
+                   f'only, {describe(law, case)}; {_lines(law)}')
 
 
 def same_bits_elsewhere(law: Law) -> Iterator[str]:
@@ -292,10 +291,10 @@ def same_bits_elsewhere(law: Law) -> Iterator[str]:
 
     Sources alone are read: functions of C, as by ctypes, are named where the source calls them by name.
     """
-    found = suspects(law.step, _elsewhere)
-    if not found:
+    suspected = suspects(law.step, _elsewhere)
+    if not suspected:
         return
-    text = f"the last bits of the law '{law.name}' depend on the machine: {'; '.join(map(str, found))}"
+    warning = f"the last bits of the law '{law.name}' depend on the machine: {'; '.join(map(str, suspected))}"
     if any(law is each for each in BUILT_IN):
-        yield text
-    _warn(law, text, found)
+        yield warning
+    _warn(law, warning, suspected)

@@ -69,11 +69,11 @@ def curve_is_finite(curve: Curve) -> Iterator[str]:
     for s in [*_parameters(), 1e-300, -1e-9, 0.5 * math.pi, math.pi, 1e3 * _LAP, 1e6]:
         try:
             point = curve(s)
-            found = '' if all(map(math.isfinite, _given(point))) else f'returns {point}'
+            failure = '' if all(map(math.isfinite, _given(point))) else f'returns {point}'
         except Exception as error:  # a curve can raise anything
-            found = f'{type(error).__name__}: {error}'
-        if found:
-            yield f'{found} at s = {s!r} rad'
+            failure = f'{type(error).__name__}: {error}'
+        if failure:
+            yield f'{failure} at s = {s!r} rad'
 
 
 def derivatives_are_true(curve: Curve) -> Iterator[str]:
@@ -107,10 +107,10 @@ def lap_closes(curve: Curve) -> Iterator[str]:
     scale = _scale(curve)
     for s in (0.0, *_parameters()[1:64:9]):
         begin, end = curve(s), curve(s + _LAP)
-        for name, one, other in zip(CurvePoint._fields, _given(begin), _given(end), strict=False):
-            if abs(one - other) > _CLOSURE * scale:
-                yield (f'{name} = {one!r} at s = {s!r} rad and {other!r} a lap later; write closed=False if the curve '
-                       'is open')
+        for name, first, later in zip(CurvePoint._fields, _given(begin), _given(end), strict=False):
+            if abs(first - later) > _CLOSURE * scale:
+                yield (f'{name} = {first!r} at s = {s!r} rad and {later!r} a lap later; write closed=False if the '
+                       'curve is open')
 
 
 def speed_never_vanishes(curve: Curve) -> Iterator[str]:

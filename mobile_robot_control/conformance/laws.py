@@ -47,7 +47,15 @@ from mobile_robot_control.control.law import Law, LawFailedError
 from mobile_robot_control.control.laws import BUILT_IN, LAWS, PositionControl, groups_of
 from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.loop.closed_loop import with_law
-from mobile_robot_control.loop.trial import Trial, cart_motion, make_rollout, make_trial, prepared_loop, references
+from mobile_robot_control.loop.trial import (
+    Trial,
+    cart_motion,
+    make_rollout,
+    make_trial,
+    prepared_loop,
+    references,
+    steps_of,
+)
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import BodyVelocity, Observation, Reference
 from mobile_robot_control.reference.curves import CURVES
@@ -79,16 +87,16 @@ def _some_cases(law: Law) -> list[Case]:
 def pure(law: Law) -> Iterator[str]:
     """Yield inputs for which a law gives another result at a later call, or after other calls."""
     cases = _some_cases(law)
-    given = [(case, _copied(taken_gains(case.control, case.dt))) for case in cases]
-    order = list(range(len(given)))
+    inputs = [(case, _copied(taken_gains(case.control, case.dt))) for case in cases]
+    order = list(range(len(inputs)))
 
     def results(those: Iterable[int]) -> dict[int, Any]:
-        found = {}
+        returned = {}
         for n in those:
-            case, gains = given[n]
+            case, gains = inputs[n]
             # copies: unchanged inputs are a separate check
-            found[n] = law.step(_copied(case.state), _copied(case.observation), _copied(gains), case.dt)
-        return found
+            returned[n] = law.step(_copied(case.state), _copied(case.observation), _copied(gains), case.dt)
+        return returned
 
     first = results(order)
     shuffled = Random(_SEED).sample(order, len(order))  # noqa: S311 (no secret)
@@ -112,11 +120,11 @@ def inputs_unchanged(law: Law) -> Iterator[str]:
     for case in _some_cases(law):
         inputs = {'state': case.state, 'observation': case.observation,
                   'gains' if law.prepare is None else 'prepared gains': taken_gains(case.control, case.dt)}
-        given = {name: _copied(value) for name, value in inputs.items()}
-        before = {name: bits_of(value) for name, value in given.items()}
-        state, observation, gains = given.values()
+        copies = {name: _copied(value) for name, value in inputs.items()}
+        before = {name: bits_of(value) for name, value in copies.items()}
+        state, observation, gains = copies.values()
         law.step(state, observation, gains, case.dt)
-        for name, value in given.items():
+        for name, value in copies.items():
             if bits_of(value) != before[name]:
                 yield f'the step changes its {name}, {describe(law, case)}'
 
@@ -196,13 +204,14 @@ def _trial(law: Law, start: Sequence[float]) -> Trial:
     return make_trial(_configuration(law, start), _DURATION)
 
 
-def _failed_run(law: Law, trial: Trial, given: tuple[Reference, ...], what: str) -> Iterator[str]:
+def _failed_run(law: Law, trial: Trial, reference_sequence: tuple[Reference, ...], what: str) -> Iterator[str]:
     """Yield the reason of a law's failure in a simulated run."""
     watched = _Watched(law)
     try:
         ticks = law.horizon + 1
-        outcome = make_rollout(watched, lambda references, n: references[n:n + ticks], trial.form)(
-            trial.state, prepared_loop(trial), given, trial.steps, trial.ratio, trial.late)
+        steps = steps_of(trial)._replace(position=watched)
+        outcome = make_rollout(steps, lambda references, n: references[n:n + ticks], trial.form)(
+            trial.state, prepared_loop(trial), reference_sequence, trial.steps, trial.ratio, trial.late)
         reason = 'the command is not finite' if outcome.law_failed else ''
     except Exception as error:  # a law can raise anything
         reason = f'{type(error).__name__}: {error}'
@@ -226,9 +235,9 @@ def survives_a_standing_cart(law: Law) -> Iterator[str]:
             yield from filter(None, [failure_of(law, case)])
     for start in _STARTS:
         trial = _trial(law, start)
-        given = references(cart_motion(trial))
-        for first in (0, len(given) // 2):
-            yield from _failed_run(law, trial, _standing(given, first), 'behind a cart that stands')
+        reference_sequence = references(cart_motion(trial))
+        for first in (0, len(reference_sequence) // 2):
+            yield from _failed_run(law, trial, _standing(reference_sequence, first), 'behind a cart that stands')
 
 
 def survives_a_run(law: Law) -> Iterator[str]:
@@ -243,8 +252,8 @@ def survives_a_run(law: Law) -> Iterator[str]:
                 position_controller=plain.position_controller._replace(control=control)), 0.3 * _DURATION)
         except ParameterError:  # gains that cannot be prepared fail a separate check
             continue
-        given = references(cart_motion(trial))
-        yield from _failed_run(law, trial, given, f'with {describe_gains(law, control)}')
+        reference_sequence = references(cart_motion(trial))
+        yield from _failed_run(law, trial, reference_sequence, f'with {describe_gains(law, control)}')
 
 
 def _joining(law: Law) -> Any:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from mobile_robot_control.control.law import Law, LawFailedError, checked_step
 from mobile_robot_control.control.laws import LAWS, PositionControl, groups_of, select
-from mobile_robot_control.control.velocity_pi import VelocityGains
+from mobile_robot_control.control.velocity_laws import VelocityControl
 from mobile_robot_control.parameters.declaration import Declaration, Field, ParameterError, build, declarations, flatten
 from mobile_robot_control.quantities import LARGEST, SMALLEST, BodyVelocity, Observation, Pose, Reference, TrackingError
 from mobile_robot_control.search.space import Gains, Gene, decode, search_genes
@@ -25,20 +25,20 @@ def bits_of(value: Any, within: frozenset[int] = frozenset()) -> Any:
     """
     if isinstance(value, float):
         # nan equals itself here, and a zero has its sign
-        found: Any = 'nan' if math.isnan(value) else struct.pack('<d', value)
+        content: Any = 'nan' if math.isnan(value) else struct.pack('<d', value)
     elif value is None or isinstance(value, bool | int | str | bytes):
-        found = value
+        content = value
     elif isinstance(value, tuple | list):
-        found = tuple(bits_of(each, within) for each in value)
+        content = tuple(bits_of(each, within) for each in value)
     elif isinstance(value, dict):
-        found = tuple((bits_of(key, within), bits_of(each, within)) for key, each in value.items())
+        content = tuple((bits_of(key, within), bits_of(each, within)) for key, each in value.items())
     elif hasattr(value, 'tobytes'):  # an array of numpy, or one of its numbers
-        found = str(getattr(value, 'dtype', '')), str(getattr(value, 'shape', '')), value.tobytes()
+        content = str(getattr(value, 'dtype', '')), str(getattr(value, 'shape', '')), value.tobytes()
     elif callable(value) or isinstance(value, ModuleType) or not hasattr(value, '__dict__') or id(value) in within:
-        found = None
+        content = None
     else:
-        found = bits_of(vars(value), within | {id(value)})
-    return type(value).__name__, found
+        content = bits_of(vars(value), within | {id(value)})
+    return type(value).__name__, content
 
 
 def numbers(value: Any) -> list[float]:
@@ -242,13 +242,13 @@ def slots_of(law: Law) -> list[Slot]:
 
 def _with_values(law: Law, values: list[tuple[Slot, Any]]) -> PositionControl | None:
     """Return the default gains with other values; None if these break a rule, so that a node refuses them."""
-    given: dict[str, dict[str, Any]] = {group: flatten(LAWS[group].gains()) for group in groups_of(law)}
+    gains: dict[str, dict[str, Any]] = {group: flatten(LAWS[group].gains()) for group in groups_of(law)}
     for slot, value in values:
-        before = given[slot.group][slot.name]
-        given[slot.group][slot.name] = value if slot.element is None else (
+        before = gains[slot.group][slot.name]
+        gains[slot.group][slot.name] = value if slot.element is None else (
             *before[:slot.element], value, *before[slot.element + 1:])
     try:
-        return default_control(law)._replace(**{group: build(LAWS[group].gains, given[group]) for group in given})
+        return default_control(law)._replace(**{group: build(LAWS[group].gains, gains[group]) for group in gains})
     except ParameterError:
         return None
 
@@ -287,7 +287,7 @@ def searched_points(law: Law, draws: Random) -> list[list[float]]:
 
 def decoded(law: Law, point: list[float]) -> PositionControl:
     """Return the gains at a point, after the law's `repair`, as in a search."""
-    return decode(searched_genes(law), point, Gains(VelocityGains(), default_control(law))).control
+    return decode(searched_genes(law), point, Gains(VelocityControl(), default_control(law))).control
 
 
 def searched_controls(law: Law, draws: Random) -> Iterator[PositionControl]:
@@ -309,10 +309,10 @@ def describe_point(law: Law, point: list[float]) -> str:
 
 def gain_violations(law: Law, control: PositionControl) -> list[str]:
     """Return reasons for a node to refuse gains: bounds and rules."""
-    found: list[str] = []
+    violations: list[str] = []
     for group in groups_of(law):
         try:
             build(LAWS[group].gains, flatten(getattr(control, group)))
         except ParameterError as error:
-            found += [f'{group}: {violation}' for violation in error.violations]
-    return found
+            violations += [f'{group}: {violation}' for violation in error.violations]
+    return violations

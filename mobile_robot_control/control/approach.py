@@ -73,9 +73,9 @@ def approach_step(state: Approach, error: TrackingError, speed: float) -> tuple[
     apart, fastest_turn = distance(error), speed / _LEVER
     arrived = apart <= (_LEFT if state.arrived else ARRIVED)
     if arrived:
-        linear, asked = 0.0, _TURN * error.heading if abs(error.heading) > FACING else 0.0
+        linear, angular = 0.0, _TURN * error.heading if abs(error.heading) > FACING else 0.0
     else:
         # v = min(v_max, k d) max(0, cos β): never backwards, slower where the cart is not ahead
         linear = min(speed, _DRIVE * apart) * max(0.0, cos(bearing(error)))
-        asked = _TURN * bearing(error)
-    return Approach(arrived), BodyVelocity(linear, min(max(asked, -fastest_turn), fastest_turn))
+        angular = _TURN * bearing(error)
+    return Approach(arrived), BodyVelocity(linear, min(max(angular, -fastest_turn), fastest_turn))

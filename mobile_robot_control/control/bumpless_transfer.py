@@ -105,14 +105,15 @@ def step(
     """
     law_step: Callable[..., Any] = running.law.step
     driven = running.law._replace(step=make_steered(law_step, len(observation.horizon)))
-    state, asked = checked_step(driven, running.state, observation, running.gains, dt)
+    state, law_command = checked_step(driven, running.state, observation, running.gains, dt)
     if acceleration is not None:
-        asked = leading(asked, acceleration, running.lead)
+        law_command = leading(law_command, acceleration, running.lead)
     offset, elapsed = running.offset, running.elapsed
     if running.changed:
-        offset = BodyVelocity(running.command.linear - asked.linear, running.command.angular - asked.angular)
+        offset = BodyVelocity(running.command.linear - law_command.linear,
+                              running.command.angular - law_command.angular)
         elapsed = 0.0
-    command = limit_command(faded(asked, offset, elapsed), running.command, running.limits, dt)
+    command = limit_command(faded(law_command, offset, elapsed), running.command, running.limits, dt)
     return (RunningLaw(
         law=running.law, gains=running.gains, state=state, limits=running.limits, command=command, changed=False,
         offset=offset, elapsed=elapsed + dt, lead=running.lead), command)

@@ -158,11 +158,11 @@ def step(
     """
     backstepping_gains, seeking = gains
     error = observation.error
-    _, asked = backstepping.step(NoState(0.0), observation, backstepping_gains, dt)
+    _, tracking = backstepping.step(NoState(0.0), observation, backstepping_gains, dt)
     command = BodyVelocity(
         # Eq. (30): ū1 = α u1, ū2 = α u2 + (1 - α) ω_s
-        state.fade * asked.linear,
-        state.fade * asked.angular + (1.0 - state.fade) * state.seek,
+        state.fade * tracking.linear,
+        state.fade * tracking.angular + (1.0 - state.fade) * state.seek,
     )
     seen = 1.0 if state.seen > 0.0 or in_sight(state, error) else 0.0
     seek = state.seek

@@ -30,22 +30,22 @@ class Limits(NamedTuple):
 
 
 @jitable
-def _within(asked: float, before: float, largest: float, step: float) -> float:
+def _within(value: float, before: float, largest: float, step: float) -> float:
     """Limit the slew rate of one component, then its size."""
     if step > 0.0:
-        asked = min(max(asked, before - step), before + step)
+        value = min(max(value, before - step), before + step)
     bound = largest if 0.0 < largest < LARGEST else LARGEST
-    return min(max(asked, -bound), bound)
+    return min(max(value, -bound), bound)
 
 
 @jitable
-def limit_command(asked: BodyVelocity, before: BodyVelocity, limits: Limits, dt: float) -> BodyVelocity:
+def limit_command(command: BodyVelocity, before: BodyVelocity, limits: Limits, dt: float) -> BodyVelocity:
     """
     Hold a command within the limits, each component by itself.
 
     Parameters
     ----------
-    asked : BodyVelocity
+    command : BodyVelocity
         From the law [m/s], [rad/s].
     before : BodyVelocity
         The previous command, after its limits.
@@ -65,8 +65,8 @@ def limit_command(asked: BodyVelocity, before: BodyVelocity, limits: Limits, dt:
     BodyVelocity(linear=0.5, angular=0.1)
     """
     return BodyVelocity(
-        _within(asked.linear, before.linear, limits.linear_velocity, limits.linear_acceleration * dt),
-        _within(asked.angular, before.angular, limits.angular_velocity, limits.angular_acceleration * dt),
+        _within(command.linear, before.linear, limits.linear_velocity, limits.linear_acceleration * dt),
+        _within(command.angular, before.angular, limits.angular_velocity, limits.angular_acceleration * dt),
     )
 
 

@@ -78,7 +78,7 @@ class Channel(NamedTuple):
         Of the command; 0 before the first.
     since : float
         Time with that sign [s].
-    asked, posed, told : float
+    commanded, posed, told : float
         Motion by commands, poses and twists since the robot need no longer brake [m] or [rad], positive along the
         command.
     first, now : float
@@ -88,7 +88,7 @@ class Channel(NamedTuple):
 
     sign: float = 0.0
     since: float = 0.0
-    asked: float = 0.0
+    commanded: float = 0.0
     posed: float = 0.0
     told: float = 0.0
     first: float = math.nan
@@ -105,12 +105,12 @@ class Channel(NamedTuple):
         if since < _STARTS + latency:
             return self._replace(since=since)
         speed = sign * twist
-        return Channel(sign, since, self.asked + sign * command * dt, self.posed + sign * step, self.told + speed * dt,
-                       speed if math.isnan(self.first) else self.first, speed)
+        return Channel(sign, since, self.commanded + sign * command * dt, self.posed + sign * step,
+                       self.told + speed * dt, speed if math.isnan(self.first) else self.first, speed)
 
     def is_contrary(self, least: float) -> bool:
         """Return whether poses and twists move the other way, and do not brake."""
-        return (self.asked >= least and max(self.posed, self.told) < -_AGAINST * self.asked
+        return (self.commanded >= least and max(self.posed, self.told) < -_AGAINST * self.commanded
                 and self.now <= _LASTS * self.first < 0.0)
 
 

@@ -178,11 +178,11 @@ def make_position_step(
     ) -> tuple[PositionState, BodyVelocity, Any, TrackingError, Pose]:
         held, seen = observed(position.held, odometry, constants, dt)
         error = tracking_error(references[0].pose, seen)
-        law, asked = law_step(
+        law, law_command = law_step(
             position.law, Observation(error, references[0], odometry.velocity, references[1:]), constants.gains, dt)
-        asked, acceleration = fed(asked, references, constants.lead)
+        law_command, acceleration = fed(law_command, references, constants.lead)
         # limits would hide a nan
-        command = limit_command(asked, before, constants.limits, dt) if is_sound(asked) else FAILED
+        command = limit_command(law_command, before, constants.limits, dt) if is_sound(law_command) else FAILED
         return PositionState(law, held), command, acceleration, error, seen
 
     return position_step

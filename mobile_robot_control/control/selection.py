@@ -1,10 +1,12 @@
 """The law that `controller_type` selects, with the gains of all laws of its registry."""
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.parameters.registry import Registry
+
+Selected = TypeVar('Selected', bound='Selection')
 
 
 class Selection:
@@ -61,7 +63,7 @@ class Selection:
             raise AttributeError(name)
         return gains()
 
-    def _replace(self, **changes: Any) -> Any:
+    def _replace(self: Selected, **changes: Any) -> Selected:
         return type(self)(**{**self.__dict__, **changes})
 
     def _asdict(self) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from mobile_robot_control.quantities import BodyVelocity, Observation, Reference
 
 _PLACE, _HEADING = 1.5, 2.5
 """[1/s]: gains of the distance ahead and of the heading error, in a turn and at rest."""
-_FADE_TIME = 0.2
+FADE_TIME = 0.2
 """[s]: time constant with which the difference at a change decays."""
 _BEGUN, _FORWARD, _BACKWARD, _HELD = 0, 1, -1, 2
 _NONE = BodyVelocity(0.0, 0.0)
@@ -56,7 +56,7 @@ class Steering(NamedTuple):
 @jitable
 def faded(asked: BodyVelocity, offset: BodyVelocity, elapsed: float) -> BodyVelocity:
     """Return a command with what is left of the difference at a change, after a time [s] since then."""
-    share = exp(-elapsed / _FADE_TIME)
+    share = exp(-elapsed / FADE_TIME)
     return BodyVelocity(asked.linear + share * offset.linear, asked.angular + share * offset.angular)
 
 
@@ -92,22 +92,22 @@ def make_steered(law_step: Callable[..., Any], horizon: int = 0) -> LawStep:
         switched = mode != state.mode != _BEGUN
         law = state.anew if switched else state.law
         if mode == _HELD:
-            asked = BodyVelocity(_PLACE * error.longitudinal, omega_r + _HEADING * error.heading)
+            command = BodyVelocity(_PLACE * error.longitudinal, omega_r + _HEADING * error.heading)
         elif mode == _BACKWARD:
             law, seen = law_step(law, Observation(
                 TrackingError(-error.longitudinal, -error.lateral, error.heading), turned_round(reference),
                 BodyVelocity(-observation.velocity.linear, observation.velocity.angular),
                 ahead(observation.horizon)), gains, dt)
-            asked = BodyVelocity(-seen.linear, seen.angular)
+            command = BodyVelocity(-seen.linear, seen.angular)
         else:
-            law, asked = law_step(law, observation, gains, dt)
+            law, command = law_step(law, observation, gains, dt)
         offset, elapsed = state.offset, state.elapsed
         if switched:
-            offset = BodyVelocity(state.command.linear - asked.linear, state.command.angular - asked.angular)
+            offset = BodyVelocity(state.command.linear - command.linear, state.command.angular - command.angular)
             elapsed = 0.0
         if changed:
-            asked = faded(asked, offset, elapsed)
-        return Steering(law, state.anew, mode, changed, asked, offset, elapsed + dt), asked
+            command = faded(command, offset, elapsed)
+        return Steering(law, state.anew, mode, changed, command, offset, elapsed + dt), command
 
     return steered
 

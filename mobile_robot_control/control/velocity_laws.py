@@ -5,14 +5,20 @@ from collections.abc import Iterator
 from importlib import import_module
 from typing import Any
 
+from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.laws import RESERVED, gains_violations
 from mobile_robot_control.control.selection import Selection
 from mobile_robot_control.control.velocity_law import PI, VelocityLaw
+from mobile_robot_control.control.velocity_stability import instability_of
+from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.registry import Registry, Source, name_violations
 from mobile_robot_control.system.texts import shortened
 
 BUILT_IN: tuple[VelocityLaw, ...] = tuple(import_module(f'mobile_robot_control.control.{module}').LAW for module in (
     'velocity_pi',
+    'computed_torque',
+    'torque_sliding_mode',
+    'adaptive',
 ))
 """In the order of their parameters; a new law of the package is a module and a line above."""
 _RESERVED = RESERVED | {'gains', 'cmd_vel_timeout', 'max_wheel_torque'}
@@ -48,6 +54,24 @@ class VelocityControl(Selection):
     """The selected velocity law, and the gains of all velocity laws; those of the PI law are `gains`."""
 
     registry, default, description = VELOCITY_LAWS, PI, 'name of the velocity law'
+
+
+def velocity_instability(
+    control: VelocityControl, robot: Robot, limit: float, rate: float, lockstep: bool
+) -> str:
+    """Explain why the sampled loop of the selected velocity law is unstable; '' if it is stable."""
+    law, gains = selected_velocity_law(control)
+    if law.name == PI:
+        return velocity_pi.instability(gains, robot, rate, lockstep)
+    return instability_of(law, gains, robot, limit, rate, lockstep)
+
+
+def velocity_is_stable(control: VelocityControl, robot: Robot, limit: float, rate: float, lockstep: bool) -> bool:
+    """Return whether the sampled loop of the selected velocity law is stable, without a measure of the margin."""
+    law, gains = selected_velocity_law(control)
+    if law.name == PI:
+        return velocity_pi.is_stable(gains, robot, rate, lockstep)
+    return not instability_of(law, gains, robot, limit, rate, lockstep)
 
 
 def selected_velocity_law(control: VelocityControl) -> tuple[VelocityLaw, Any]:

@@ -6,11 +6,18 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.compensation import advanced
-from mobile_robot_control.control.velocity_law import VelocityInputs, VelocityLaw, VelocityLawStep
+from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.control.steering import FADE_TIME
+from mobile_robot_control.control.velocity_law import VelocityInputs, VelocityLaw, VelocityLawStep, is_finite
+from mobile_robot_control.elementary import exp
 from mobile_robot_control.jit import jitable
+from mobile_robot_control.model.motors import saturate
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, BodyVelocity, WheelTorque
+from mobile_robot_control.system.texts import located_error
 
+_FADED = 4.0
+"""[s] after a change of the law, after which nothing is left of the difference."""
 _UNREAD = WheelTorque(math.nan, math.nan)
 
 
@@ -144,3 +151,79 @@ def make_velocity_step(form: VelocityForm) -> Callable[..., tuple[Any, WheelTorq
         return law_step(velocity.law, inputs, constants.gains, constants.nominal, constants.limit, dt)
 
     return velocity_step
+
+
+class RunningVelocityLaw(NamedTuple):
+    """
+    A velocity law in a run of a node.
+
+    Attributes
+    ----------
+    law : VelocityLaw
+        The present one.
+    gains : NamedTuple
+        Of the law.
+    state : VelocityState
+        Of the loop.
+    torque : WheelTorque
+        The newest one [N m].
+    joins : bool
+        Whether the law takes over from another one at its next step.
+    offset : WheelTorque
+        Last torque of the law before minus the first one of this; it decays.
+    elapsed : float
+        Since that change [s].
+    """
+
+    law: VelocityLaw
+    gains: Any
+    state: VelocityState
+    torque: WheelTorque = WheelTorque(0.0, 0.0)
+    joins: bool = False
+    offset: WheelTorque = WheelTorque(0.0, 0.0)
+    elapsed: float = math.inf
+
+
+def begin_velocity_law(law: VelocityLaw, gains: Any) -> RunningVelocityLaw:
+    """Start a law at rest."""
+    return RunningVelocityLaw(law, gains, velocity_at_rest(law))
+
+
+def change_velocity_law(running: RunningVelocityLaw, law: VelocityLaw, gains: Any) -> RunningVelocityLaw:
+    """Replace the law or its gains from the next step on; the same law keeps its state."""
+    return running._replace(law=law, gains=gains, joins=running.joins or law is not running.law)
+
+
+def running_velocity_step(
+    running: RunningVelocityLaw, asked: Asked, measured: BodyVelocity, applied: WheelTorque,
+    constants: VelocityConstants, dt: float,
+) -> tuple[RunningVelocityLaw, WheelTorque]:
+    """
+    Compute the torques of a law in a run of a node [N m].
+
+    After a change of the law they go on from those before: it joins with them, and what is left of the difference
+    decays. Raises LawFailedError if the law raises, or its torques are not finite.
+    """
+    law, gains, state = running.law, running.gains, running.state
+    feeds = asked.acceleration != ()
+    try:
+        if running.joins:
+            begun = law.joining and law.joining(measured, running.torque, gains, constants.nominal)
+            state = VelocityState(begun or law.start)
+        state = state._replace(applied=applied if law.reads_applied else ())
+        form = velocity_form(law, feeds)
+        after, torque = make_velocity_step(form)(state, asked, measured, constants._replace(gains=gains), dt)
+        sound = is_finite(torque)
+    except BaseException as error:  # a law can raise anything
+        raise LawFailedError(located_error(error)) from error
+    if not sound:
+        raise LawFailedError(f'its torques are {torque.right} and {torque.left} N m')
+    offset, elapsed = running.offset, running.elapsed
+    if running.joins:
+        offset, elapsed = WheelTorque(running.torque.right - torque.right, running.torque.left - torque.left), 0.0
+    if elapsed < _FADED:
+        share = exp(-elapsed / FADE_TIME)
+        torque = saturate(WheelTorque(torque.right + share * offset.right, torque.left + share * offset.left),
+                          constants.limit)
+    return (running._replace(state=VelocityState(after, state.applied), torque=torque, joins=False, offset=offset,
+                             elapsed=elapsed + dt), torque)

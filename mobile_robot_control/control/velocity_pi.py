@@ -77,16 +77,16 @@ def _asked(state: VelocityPiState, proportional: VelocityPiState) -> WheelTorque
 
 @jitable
 def _limited(
-    state: VelocityPiState, asked: WheelTorque, error: BodyVelocity, proportional: VelocityPiState,
+    state: VelocityPiState, request: WheelTorque, error: BodyVelocity, proportional: VelocityPiState,
     gains: VelocityGains, max_wheel_torque: float, dt: float,
 ) -> tuple[VelocityPiState, WheelTorque]:
     """Return the integral terms for the next step, and the torques within the limit."""
-    torque = saturate(asked, max_wheel_torque)
+    torque = saturate(request, max_wheel_torque)
     grown_common, grown_differential = state
     # both sides of the comparison have the same rounding, which must not look like a limit
-    if not _held_by_limit(asked.right + asked.left, torque.right + torque.left, error.linear):
+    if not _held_by_limit(request.right + request.left, torque.right + torque.left, error.linear):
         grown_common += proportional.common * dt / gains.ti1
-    if not _held_by_limit(asked.right - asked.left, torque.right - torque.left, error.angular):
+    if not _held_by_limit(request.right - request.left, torque.right - torque.left, error.angular):
         grown_differential += proportional.differential * dt / gains.ti2
     return VelocityPiState(grown_common, grown_differential), torque
 
@@ -137,7 +137,7 @@ def fed_step(
     state: VelocityPiState, inputs: VelocityInputs, gains: VelocityGains, robot: Robot, limit: float, dt: float,
 ) -> tuple[VelocityPiState, WheelTorque]:
     """
-    Compute the wheel torques as `step` does, with those of the reference's acceleration, which are added before the limit.
+    Compute the wheel torques as `step` does, and those of the reference's acceleration, which act before the limit.
 
     Parameters
     ----------
@@ -151,8 +151,8 @@ def fed_step(
     command, measured = inputs.command, inputs.measured
     error = BodyVelocity(command.linear - measured.linear, command.angular - measured.angular)
     proportional = _proportional(error, gains, robot)
-    asked, fed = _asked(state, proportional), inverse_dynamics(command, inputs.acceleration, robot)
-    return _limited(state, WheelTorque(asked.right + fed.right, asked.left + fed.left), error, proportional, gains,
+    request, fed = _asked(state, proportional), inverse_dynamics(command, inputs.acceleration, robot)
+    return _limited(state, WheelTorque(request.right + fed.right, request.left + fed.left), error, proportional, gains,
                     limit, dt)
 
 
@@ -173,7 +173,7 @@ def _convolve(left: Sequence[float], right: Sequence[float]) -> list[float]:
     return product
 
 
-def _roots_inside(polynomial: Sequence[float], radius: float) -> bool:
+def roots_inside(polynomial: Sequence[float], radius: float) -> bool:
     """Return whether all roots lie inside a circle, by the Schur-Cohn reduction of the scaled polynomial."""
     p: list[float] = []
     scale = 1.0
@@ -194,7 +194,7 @@ def _largest_root(polynomial: Sequence[float]) -> float:
     low, high = 0.0, 1.0 + max(abs(c / polynomial[0]) for c in polynomial[1:])
     while high - low > 1e-13 * max(1.0, high):
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if _roots_inside(polynomial, middle) else (middle, high)
+        low, high = (low, middle) if roots_inside(polynomial, middle) else (middle, high)
     return high
 
 
@@ -230,7 +230,7 @@ def is_stable(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool) -
 
     In lockstep the loop has no delay; on the wall clock, delays of one and two samples are both checked.
     """
-    return all(_roots_inside(polynomial, 1.0)
+    return all(roots_inside(polynomial, 1.0)
                for delay in _delays(lockstep) for polynomial in _characteristic(gains, robot, rate, delay))
 
 

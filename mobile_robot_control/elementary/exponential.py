@@ -60,9 +60,9 @@ def _expm1(x: float) -> tuple[float, float]:
     y, low, n = _exp(x, 0.0)
     if n == 0:
         return y, low
-    one = math.ldexp(1.0, n)
-    e = one + one * y
-    low = one * y - (e - one) + one * low
+    power = math.ldexp(1.0, n)
+    e = power + power * y
+    low = power * y - (e - power) + power * low
     high = e - 1.0
     return high, ((e - high) - 1.0 if e > 1.0 else e - (high + 1.0)) + low
 

@@ -55,7 +55,7 @@ class Recorder(Node):
     newest : dict of str to int
         Stamp [ns] of the newest message on each topic of the loop or of its recordings, by relative name.
     law_failure : str
-        The position controller's report of a failed law; '' before.
+        A controller's report of a failed law; '' before.
     received : int
         Wall time [ns] of the last message of a loop topic.
     limit : int
@@ -72,7 +72,8 @@ class Recorder(Node):
         self._subscribers: dict[str, int] = {}
         self.newest: dict[str, int] = {}
         self.law_failure = ''
-        self._controller = f'{self.get_namespace().rstrip("/")}/position_controller'.lstrip('/')
+        self._controllers = {f'{self.get_namespace().rstrip("/")}/{name}'.lstrip('/'): name for name in (
+            'position_controller', 'velocity_controller')}
         self.received = 0
         self.limit = self.last = NO_LIMIT
         self.first = -NO_LIMIT
@@ -225,8 +226,8 @@ class Recorder(Node):
     def _read_diagnostics(self, diagnostics: DiagnosticArray) -> dict[str, int]:
         """Return the number of discovered subscriptions of each loop topic, by its publisher; note a failed law."""
         for status in diagnostics.status:
-            if status.name == self._controller and status.message.startswith(LAW_FAILED):
-                self.law_failure = self.law_failure or f'position_controller: {shortened(status.message)}'
+            if status.name in self._controllers and status.message.startswith(LAW_FAILED):
+                self.law_failure = self.law_failure or f'{self._controllers[status.name]}: {shortened(status.message)}'
         found = {entry.key.removeprefix(SUBSCRIBERS_KEY): int(entry.value)
                  for status in diagnostics.status for entry in status.values if entry.key.startswith(SUBSCRIBERS_KEY)}
         return {topic: count for topic, count in found.items() if topic in self._loop}

@@ -226,8 +226,8 @@ def legend(axes: Axes, columns: int = 4, others: Sequence[Axes] = ()) -> None:
 
     It includes the labels of other axes, each once.
     """
-    found = _labels((axes, *others))
-    handles, labels = list(found.values()), list(found)
+    entries = _labels((axes, *others))
+    handles, labels = list(entries.values()), list(entries)
     if handles:
         labels = [label if len(label) <= _LONGEST else f'{label[:_LONGEST - 1]}…' for label in labels]
         # as many in a row as fit: a legend wider than the figure would narrow the axes
@@ -238,20 +238,20 @@ def legend(axes: Axes, columns: int = 4, others: Sequence[Axes] = ()) -> None:
 
 def _labels(every: Sequence[Axes]) -> dict[str, Any]:
     """Return the legend entries of axes, each label once."""
-    found: dict[str, Any] = {}
-    for one in every:
-        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    return found
+    entries: dict[str, Any] = {}
+    for axes in every:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    return entries
 
 
 def _legend_below(drawn: Drawn, every: Sequence[Axes]) -> None:
     """Draw one legend of all axes below them."""
-    found = _labels(every)
+    entries = _labels(every)
     if _PLACES_OUTSIDE:
-        drawn.legend(found.values(), found.keys(), loc='outside lower center', ncols=len(found))
+        drawn.legend(entries.values(), entries.keys(), loc='outside lower center', ncols=len(entries))
     else:
-        drawn.legend(found.values(), found.keys(), loc='lower center', ncol=len(found))
+        drawn.legend(entries.values(), entries.keys(), loc='lower center', ncol=len(entries))
         layout: Any = drawn.get_layout_engine()
         layout.set(rect=(0.0, _BELOW, 1.0, 1.0 - _BELOW))
     for axes in every[1:]:

@@ -83,8 +83,8 @@ def excited_by(recordings: Sequence[Recorded]) -> tuple[bool, bool]:
              if one.motion and one.motion.usable.any()]
     if not ranges or not moves:
         return False, False
-    found = (np.max(ranges, axis=0) > _LEAST) & (np.max(moves, axis=0) > np.array(_LEAST))
-    return bool(found[0]), bool(found[1])
+    varies = (np.max(ranges, axis=0) > _LEAST) & (np.max(moves, axis=0) > np.array(_LEAST))
+    return bool(varies[0]), bool(varies[1])
 
 
 class _Search:
@@ -132,16 +132,16 @@ class _Search:
             raise NothingFollowsError(
                 f'{name} of odometry does not follow the commands: they explain less than {_LEAST_FIT:.0%} of it; '
                 'is this the cmd_vel that drove the robot, and its odometry (--topic)?')
-        found: dict[str, float] = {}
+        values: dict[str, float] = {}
         for n, is_excited in enumerate(excited):
             if is_excited:
-                found |= {LAGS[n]: best[n][1], DELAYS[n]: best[n][2]}
+                values |= {LAGS[n]: best[n][1], DELAYS[n]: best[n][2]}
         linear, angular = (best[n][3] if is_excited else 1.0 for n, is_excited in enumerate(excited))
         if excited[0]:
-            found |= dict.fromkeys(GAINS[:2], float(np.clip(linear, 0.6, 1.4)))
+            values |= dict.fromkeys(GAINS[:2], float(np.clip(linear, 0.6, 1.4)))
         if excited[1]:
-            found[GAINS[2]] = float(np.clip(angular / (linear if excited[0] else 1.0), 0.3, 1.4))
-        return found
+            values[GAINS[2]] = float(np.clip(angular / (linear if excited[0] else 1.0), 0.3, 1.4))
+        return values
 
     def speeds(self, n: int) -> Floats:
         """Return measured speeds of v or ω [1/s]."""
@@ -156,7 +156,7 @@ class _Search:
 
 
 def fit_base(
-    recordings: Sequence[Recorded], robot: Robot, given: Base, tell: Callable[[], object] = lambda: None
+    recordings: Sequence[Recorded], robot: Robot, configured: Base, tell: Callable[[], object] = lambda: None
 ) -> BaseFit:
     """
     Fit a base to recordings.
@@ -170,31 +170,31 @@ def fit_base(
     """
     excited = excited_by(recordings)
     # a few minutes show the limits as well as an hour
-    search = _Search([cut(one, _LONG / len(recordings)) for one in recordings], robot, given, tell, COARSE_STEP)
+    search = _Search([cut(one, _LONG / len(recordings)) for one in recordings], robot, configured, tell, COARSE_STEP)
     fixed: dict[str, float] = {}
     zones: dict[str, tuple[float, float, float]] = {}
-    found = search.estimate(search.start(excited), fixed, 1)
+    estimated = search.estimate(search.start(excited), fixed, 1)
     channels = [n for n, is_excited in enumerate(excited) if is_excited]
     for _ in range(2):
         for name in ('max_speed', 'max_acceleration'):
             for n in channels:
-                found = _with_limit(search, found, fixed, f'base.{name}[{n}]', n)
+                estimated = _with_limit(search, estimated, fixed, f'base.{name}[{n}]', n)
         for n in channels:
-            found = _with_dead_zone(search, found, fixed, zones, n)
+            estimated = _with_dead_zone(search, estimated, fixed, zones, n)
     for n in channels:
-        found = _with_quantum(search, found, fixed, zones, n)
-        if f'base.max_acceleration[{n}]' in found.names:
-            found = _with_limit(search, found, fixed, f'base.max_deceleration[{n}]', n)
-    final = _Search(recordings, robot, given, tell, STEP)
+        estimated = _with_quantum(search, estimated, fixed, zones, n)
+        if f'base.max_acceleration[{n}]' in estimated.names:
+            estimated = _with_limit(search, estimated, fixed, f'base.max_deceleration[{n}]', n)
+    final = _Search(recordings, robot, configured, tell, STEP)
     for n in channels:
         if DEAD_ZONES[n] in zones:
-            zone = _zone(final, final.estimate(_values(found), fixed, 1), fixed, n)
+            zone = _zone(final, final.estimate(_values(estimated), fixed, 1), fixed, n)
             if zone is None or zone[1] == 0.0:
                 del zones[DEAD_ZONES[n]], fixed[DEAD_ZONES[n]]
             else:
                 zones[DEAD_ZONES[n]], fixed[DEAD_ZONES[n]] = zone, zone[0]
-    return BaseFit(final.estimate(_without_what_is_not_told(found), fixed, 3), zones, fixed, excited,
-                   _second_lags(search, found, fixed, channels))
+    return BaseFit(final.estimate(_without_what_is_not_told(estimated), fixed, 3), zones, fixed, excited,
+                   _second_lags(search, estimated, fixed, channels))
 
 
 def _second_lags(
@@ -209,8 +209,8 @@ def _second_lags(
     search.tell()
     if not _is_worth(before, after):
         return {}
-    found = {'vω'[n]: tuple(sorted((_values(after)[LAGS[n]], _values(after)[SECOND_LAGS[n]]))) for n in channels}
-    return {name: (larger, smaller) for name, (smaller, larger) in found.items() if smaller > _SECOND * larger}
+    lags = {'vω'[n]: tuple(sorted((_values(after)[LAGS[n]], _values(after)[SECOND_LAGS[n]]))) for n in channels}
+    return {name: (larger, smaller) for name, (smaller, larger) in lags.items() if smaller > _SECOND * larger}
 
 
 def _without_what_is_not_told(found: Estimate) -> dict[str, float]:
@@ -260,14 +260,14 @@ def _with_dead_zone(
 ) -> Estimate:
     """Return an estimate with a dead zone if the data show it, and add the zone to `fixed` and `zones`."""
     name = DEAD_ZONES[n]
-    found = _zone(search, before, fixed, n)
+    zone = _zone(search, before, fixed, n)
     search.tell()
-    if found is None:
+    if zone is None:
         return before
-    after = search.estimate(_values(before), {**fixed, name: found[0]}, 1)
+    after = search.estimate(_values(before), {**fixed, name: zone[0]}, 1)
     if not _is_worth(before, after):
         return before
-    fixed[name], zones[name] = found[0], found
+    fixed[name], zones[name] = zone[0], zone
     return after
 
 
@@ -284,9 +284,9 @@ def _with_quantum(
 
     best = largest * float(_QUANTA[costs(largest * _QUANTA).argmin()])
     near = best * np.linspace(0.95, 1.05, 41)
-    found = costs(near)
+    near_costs = costs(near)
     search.tell()
-    best, likely = float(near[found.argmin()]), near[found - found.min() < _CHI2]
+    best, likely = float(near[near_costs.argmin()]), near[near_costs - near_costs.min() < _CHI2]
     after = search.estimate(values, {**others, name: best}, 1)
     if not _is_worth(before, after):
         return before
@@ -298,11 +298,11 @@ def _with_quantum(
 
 
 def _zone(
-    search: _Search, found: Estimate, fixed: Mapping[str, float], n: int
+    search: _Search, estimated: Estimate, fixed: Mapping[str, float], n: int
 ) -> tuple[float, float, float] | None:
     """Return a dead zone and the bounds of its 95 % interval, from the likelihood of each; None if none is better."""
     # a recording shows only between which of its commands the zone ends
-    commands, values = search.commands(n), _values(found)
+    commands, values = search.commands(n), _values(estimated)
     levels = np.unique(commands[(commands > 0.0) & (commands < _SMALL * commands.max())].round(6))
     if levels.size == 0:
         return None
@@ -310,7 +310,7 @@ def _zone(
     levels = np.unique(np.quantile(levels, np.linspace(0.0, 1.0, min(_MOST_LEVELS, levels.size)), method='nearest'))
     edges = np.concatenate([[0.0], levels, [above]])
     middles = 0.5 * (edges[1:] + edges[:-1])
-    costs = np.array([search.cost(values, {**fixed, DEAD_ZONES[n]: zone}, found) for zone in middles.tolist()])
+    costs = np.array([search.cost(values, {**fixed, DEAD_ZONES[n]: zone}, estimated) for zone in middles.tolist()])
     best = int(costs.argmin())
     if best == 0:
         return None

@@ -92,31 +92,31 @@ def _run(options: argparse.Namespace) -> int:
     other = None if files.compare is None else ParameterSources(files.compare).configuration()
     with tqdm(desc='identify', disable=None, leave=False, bar_format='{desc}: {n} steps [{elapsed}]{postfix}') as bar:
         try:
-            found = identified(request, options.command_line, bar.update, lambda done, total: bar.set_postfix_str(
+            result = identified(request, options.command_line, bar.update, lambda done, total: bar.set_postfix_str(
                 f'read {done / max(1, total):.0%}'))
         except UnidentifiableError as error:
             for reason in error.reasons:
                 print(f'identify: {printable(reason)}', file=sys.stderr)
             return 1
-    is_written = files.accept or found.judgement.grade != UNUSABLE
+    is_written = files.accept or result.judgement.grade != UNUSABLE
     if is_written:
         output.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(output, parameter_text(found))
+        write_atomically(output, parameter_text(result))
         if files.export is not None:
             exported = output.with_suffix(f'.{files.export}{output.suffix}')
-            write_atomically(exported, export_text(found, files.export))
+            write_atomically(exported, export_text(result, files.export))
             print(f'{files.export}: {printable(str(exported.resolve()))}')
     if files.report is not None:
         folder = Path(files.report)
         folder.mkdir(parents=True, exist_ok=True)
-        given = {} if other is None else flatten(other.plant.model) | {
+        other_values = {} if other is None else flatten(other.plant.model) | {
             f'robot.{name}': value for name, value in flatten(other.plant.shared.robot).items()}
         title = f'Identified: {", ".join(Path(bag).name for bag in request.bags)}'
         write_atomically(folder / 'identification.html', identification_page(
-            found, title, compared(found, given), files.compare or ''))
-        write_atomically(folder / 'identification.json', json.dumps(_values(found), indent=2) + '\n')
+            result, title, compared(result, other_values), files.compare or ''))
+        write_atomically(folder / 'identification.json', json.dumps(_values(result), indent=2) + '\n')
         print(f'page: {printable(str((folder / "identification.html").resolve()))}')
-    for line in _lines(found):
+    for line in _lines(result):
         print(printable(line))
     if not is_written:
         print(f'identify: the model is not usable, and {printable(str(output))} is not written; record another bag, or '
@@ -137,28 +137,28 @@ def _check(request: IdentificationRequest) -> int:
     return 1 if any(lack.is_vital for lack in lacks) else 0
 
 
-def _lines(found: Identification) -> list[str]:
+def _lines(result: Identification) -> list[str]:
     """Return a result as lines: the answer, each number, and what is not known."""
     numbers = [f'  {one.name} = {one.value:.4g} {one.unit}'.rstrip() + (
         f' ({one.low:.4g} to {one.high:.4g})' if math.isfinite(one.low) else '')
-        for one in (*found.parameters, *found.reported)]
+        for one in (*result.parameters, *result.reported)]
     measured = ', '.join(f'{name} {value:.4g}' if isinstance(value, float) else f'{name} {value}'
-                         for name, value in found.facts.items())
-    return [answer(found), *regime_lines(found.judgement), *numbers, f'recorded: {measured}',
-            *(f'not told: {text}' for text in found.open), *(f'the model lacks: {text}' for text in found.lacking)]
+                         for name, value in result.facts.items())
+    return [answer(result), *regime_lines(result.judgement), *numbers, f'recorded: {measured}',
+            *(f'not told: {text}' for text in result.open), *(f'the model lacks: {text}' for text in result.lacking)]
 
 
-def _values(found: Identification) -> dict[str, object]:
+def _values(result: Identification) -> dict[str, object]:
     """Return a result ready for JSON."""
     def listed(parameters: tuple[Parameter, ...]) -> list[dict[str, object]]:
         return [{'name': one.name, 'value': one.value, 'unit': one.unit,
                  'interval': [one.low, one.high] if math.isfinite(one.low) else None} for one in parameters]
 
-    judgement = found.judgement._asdict() | {'error': found.judgement.error}
-    return {'drive': found.drive, 'judgement': judgement, 'parameters': listed(found.parameters),
-            'reported': listed(found.reported), 'names': found.names, 'covariance': found.covariance.tolist(),
-            'facts': found.facts, 'rms_error': {name: list(value) for name, value in found.errors.items()},
-            'open': found.open, 'lacking': found.lacking, 'notes': found.notes, 'provenance': found.provenance}
+    judgement = result.judgement._asdict() | {'error': result.judgement.error}
+    return {'drive': result.drive, 'judgement': judgement, 'parameters': listed(result.parameters),
+            'reported': listed(result.reported), 'names': result.names, 'covariance': result.covariance.tolist(),
+            'facts': result.facts, 'rms_error': {name: list(value) for name, value in result.errors.items()},
+            'open': result.open, 'lacking': result.lacking, 'notes': result.notes, 'provenance': result.provenance}
 
 
 main = make_main(parser, _run)

@@ -109,27 +109,28 @@ def estimate_noise(residuals: Sequence[Floats]) -> tuple[Noise, ...]:
     from scipy.optimize import minimize  # noqa: PLC0415 (late, as above)
 
     def of_output(n: int) -> Noise:
-        def deviation(given: Floats) -> float:
+        def deviation(coefficients: Floats) -> float:
             parts = [part[:, n:n + 1] for part in residuals]
-            return float(np.sqrt((whitened(parts, [Noise(given[0], given[1], 1.0)]) ** 2).mean())) + _FLOOR
+            noise = Noise(coefficients[0], coefficients[1], 1.0)
+            return float(np.sqrt((whitened(parts, [noise]) ** 2).mean())) + _FLOOR
 
-        found = min((minimize(lambda given: np.log(deviation(given)), start, method='L-BFGS-B',
-                              bounds=[(-_NOISE_LIMIT, _NOISE_LIMIT)] * 2)
-                     for start in ((0.0, 0.0), (0.5, 0.9), (0.9, 0.5))), key=lambda one: one.fun)
-        return Noise(float(found.x[0]), float(found.x[1]), deviation(found.x))
+        fitted = min((minimize(lambda coefficients: np.log(deviation(coefficients)), start, method='L-BFGS-B',
+                               bounds=[(-_NOISE_LIMIT, _NOISE_LIMIT)] * 2)
+                      for start in ((0.0, 0.0), (0.5, 0.9), (0.9, 0.5))), key=lambda one: one.fun)
+        return Noise(float(fitted.x[0]), float(fitted.x[1]), deviation(fitted.x))
 
     return tuple(map(of_output, range(residuals[0].shape[1])))
 
 
 def jacobian(model: Model, values: Floats) -> list[list[Floats]]:
     """Return the derivatives of the outputs with respect to each parameter: a list of recordings a parameter."""
-    here, found = model.outputs(values), []
+    here, derivatives = model.outputs(values), []
     for n, step in enumerate(model.steps):
         beside = values.copy()
         beside[n] += step if values[n] + step < model.upper[n] else -step
-        found.append([(one - other) / (beside[n] - values[n])
-                      for one, other in zip(model.outputs(beside), here, strict=True)])
-    return found
+        derivatives.append([(one - other) / (beside[n] - values[n])
+                            for one, other in zip(model.outputs(beside), here, strict=True)])
+    return derivatives
 
 
 def _fit(model: Model, measured: Sequence[Floats], start: Floats, noise: Sequence[Noise]) -> Floats:
@@ -143,9 +144,9 @@ def _fit(model: Model, measured: Sequence[Floats], start: Floats, noise: Sequenc
         return np.column_stack([-whitened(one, noise).ravel() for one in jacobian(model, values)])
 
     inside = np.clip(start, model.lower + 1e-9, model.upper - 1e-9)
-    found = least_squares(residuals, inside, derivatives, (model.lower, model.upper), x_scale=model.steps, ftol=1e-8,
-                          xtol=1e-9, max_nfev=40)
-    values: Floats = found.x
+    fitted = least_squares(residuals, inside, derivatives, (model.lower, model.upper), x_scale=model.steps, ftol=1e-8,
+                           xtol=1e-9, max_nfev=40)
+    values: Floats = fitted.x
     return values
 
 

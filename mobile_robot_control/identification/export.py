@@ -52,10 +52,10 @@ class _Robot:
 
     def interval(self, *names: str) -> str:
         """Return the interval of the first number that is known, in words; '' without one."""
-        one = next((self._known[name] for name in names if name in self._known), None)
-        if one is None or not math.isfinite(one.low):
+        parameter = next((self._known[name] for name in names if name in self._known), None)
+        if parameter is None or not math.isfinite(parameter.low):
             return ''
-        return f'{one.low:.4g} to {one.high:.4g} {one.unit}'.rstrip()
+        return f'{parameter.low:.4g} to {parameter.high:.4g} {parameter.unit}'.rstrip()
 
     def both(self, field: str, other: str = '') -> tuple[tuple[float | None, float | None], str]:
         """Return a number of v and of ω, and their intervals."""
@@ -65,39 +65,39 @@ class _Robot:
         return (v, omega), ', '.join(told)
 
 
-def export_text(found: Identification, stack: str) -> str:
+def export_text(result: Identification, stack: str) -> str:
     """
     Return a parameter file of another stack.
 
     Parameters
     ----------
-    found : Identification
+    result : Identification
         Of a robot that takes velocity commands.
     stack : str
         One of STACKS.
 
     """
-    robot = _Robot(found)
+    robot = _Robot(result)
     parts = {NAV2: (('velocity_smoother:', '    ', _smoother), ('controller_server:', '      ', _mppi)),
              ROS2_CONTROL: (('diff_drive_controller:', '    ', _diff_drive),)}
-    judged = found.judgement
-    lines = [*_HEADS[stack], f'# {found.provenance["command_line"]}', f'# the model is {judged.grade}: it misses '
+    judged = result.judgement
+    lines = [*_HEADS[stack], f'# {result.provenance["command_line"]}', f'# the model is {judged.grade}: it misses '
              f'{judged.error:.1%} of the motion; intervals of 95 %, where there are any']
     for head, indent, make in parts[stack]:
         lines += [head, '  ros__parameters:', *(['    FollowPath:'] if len(indent) > 4 else [])]
-        for one in make(robot):
-            lines += _written(one, indent)
+        for line in make(robot):
+            lines += _written(line, indent)
     return '\n'.join(lines) + '\n'
 
 
-def _written(one: _Line, indent: str) -> Iterator[str]:
-    unknown = '?' if not one.zero_is_none or all(value is None for value in one.values[::2]) else '0.0'
-    texts = [unknown if value is None else repr(float(f'{value:.6g}')) for value in one.values]
-    text = texts[0] if len(texts) == 1 else f'[{", ".join(texts)}]'
+def _written(line: _Line, indent: str) -> Iterator[str]:
+    unknown = '?' if not line.zero_is_none or all(value is None for value in line.values[::2]) else '0.0'
+    texts = [unknown if value is None else repr(float(f'{value:.6g}')) for value in line.values]
+    value = texts[0] if len(texts) == 1 else f'[{", ".join(texts)}]'
     # a limit of 0 would hold the robot: what does not show is for the reader to fill in
     is_open = '?' in texts
-    yield f'{indent}# {one.meaning}' + '; where ? stands, the recording shows none' * is_open
-    yield f'{indent}{"# " * is_open}{one.name}: {text}'
+    yield f'{indent}# {line.meaning}' + '; where ? stands, the recording shows none' * is_open
+    yield f'{indent}{"# " * is_open}{line.name}: {value}'
 
 
 def _planar(values: tuple[float | None, float | None], sign: float = 1.0) -> tuple[float | None, ...]:

@@ -31,32 +31,32 @@ _EXCITE = 'record a minute of starts, stops, slow and fast commands, such as tho
 class Lack(NamedTuple):
     """Missing data, the remedy, whether nothing can be identified without them, and whether twist and poses differ."""
 
-    text: str
+    problem: str
     remedy: str
     is_vital: bool = False
     contradicts: bool = False
 
     def __str__(self) -> str:
-        return f'{self.text}: {self.remedy}'
+        return f'{self.problem}: {self.remedy}'
 
 
 def lacks(recordings: Sequence[Recorded], takes_velocity: bool) -> list[Lack]:
     """Return the missing data of recordings, vital ones first."""
-    found = [*(_lacks_of_velocity if takes_velocity else _lacks_of_torque)(recordings), *_cuts(recordings)]
+    lacking = [*(_lacks_of_velocity if takes_velocity else _lacks_of_torque)(recordings), *_cuts(recordings)]
     if not any(one.truth for one in recordings):
-        found.append(Lack('no pose from outside: wheel radius and separation are those of the firmware',
-                          'record one as nav_msgs/msg/Odometry, and name it with --topic ground_truth:=/NAME'))
-    return sorted(found, key=lambda lack: not lack.is_vital)
+        lacking.append(Lack('no pose from outside: wheel radius and separation are those of the firmware',
+                            'record one as nav_msgs/msg/Odometry, and name it with --topic ground_truth:=/NAME'))
+    return sorted(lacking, key=lambda lack: not lack.is_vital)
 
 
 def _cuts(recordings: Sequence[Recorded]) -> Iterator[Lack]:
-    for one in recordings:
+    for recording in recordings:
         for topic in ('odom', 'cmd_vel', 'joint_states'):
-            if topic in one.clocks:
-                intervals = np.diff(one.clocks[topic].times)
-                gaps = intervals[intervals > max(1.0, 20.0 / one.clocks[topic].rate)]
+            if topic in recording.clocks:
+                intervals = np.diff(recording.clocks[topic].times)
+                gaps = intervals[intervals > max(1.0, 20.0 / recording.clocks[topic].rate)]
                 if gaps.size:
-                    yield Lack(f'{one.name}: {topic} was silent {gaps.size} times, for {gaps.max():.1f} s at the '
+                    yield Lack(f'{recording.name}: {topic} was silent {gaps.size} times, for {gaps.max():.1f} s at the '
                                'longest, and is not used there', 'record without a break')
 
 
@@ -96,8 +96,8 @@ def _lacks_of_velocity(recordings: Sequence[Recorded]) -> Iterator[Lack]:
 def _contradictions(recordings: Sequence[Recorded]) -> Iterator[Lack]:
     """Yield contradictions of the poses of odometry to its twist, and to the commands."""
     for n, (name, unit, least) in enumerate((('v', 'm/s', 0.3), ('ω', 'rad/s', 0.5))):
-        moved, asked = _over_windows(recordings, n, _asked)
-        if np.abs(asked).sum() > least and np.abs(moved).sum() > least:
+        moved, commanded = _over_windows(recordings, n, _asked)
+        if np.abs(commanded).sum() > least and np.abs(moved).sum() > least:
             beside = [_over_windows(recordings, n, partial(_asked, late=late)) for late in _LATER.tolist()]
             fits = [_gain(asked, moved) for moved, asked in beside]
             against, along = (min((left for gain, left in fits if gain * sign > 0.0), default=1.0)
@@ -141,31 +141,32 @@ def _over_windows(
 ) -> tuple[Floats, Floats]:
     """Return the motion of poses in windows of a second, and another motion beside it: v or ω."""
     rows = []
-    for one in recordings:
-        assert one.motion  # noqa: S101 (for mypy: checked by the caller)
-        number = np.floor(one.motion.times[:-1] - one.motion.times[0]).astype(int)
-        kept = one.motion.usable
-        rows.append([np.bincount(number[kept], values[kept, n]) for values in (one.motion.moved, other(one))])
+    for recording in recordings:
+        assert recording.motion  # noqa: S101 (for mypy: checked by the caller)
+        number = np.floor(recording.motion.times[:-1] - recording.motion.times[0]).astype(int)
+        kept = recording.motion.usable
+        rows.append([np.bincount(number[kept], values[kept, n])
+                     for values in (recording.motion.moved, other(recording))])
     moved, beside = (np.concatenate(column) for column in zip(*rows, strict=True))
     return moved, beside
 
 
-def _told(one: Recorded) -> Floats:
+def _told(recording: Recorded) -> Floats:
     """Return the motion by the twist of odometry between its messages."""
-    assert one.motion  # noqa: S101 (for mypy: checked by the caller)
-    assert one.twist is not None  # noqa: S101 (for mypy, too)
-    found: Floats = 0.5 * (one.twist[1:] + one.twist[:-1]) * np.diff(one.motion.times)[:, None]
-    return found
+    assert recording.motion  # noqa: S101 (for mypy: checked by the caller)
+    assert recording.twist is not None  # noqa: S101 (for mypy, too)
+    moved: Floats = 0.5 * (recording.twist[1:] + recording.twist[:-1]) * np.diff(recording.motion.times)[:, None]
+    return moved
 
 
-def _asked(one: Recorded, late: float = 0.0) -> Floats:
+def _asked(recording: Recorded, late: float = 0.0) -> Floats:
     """Return the motion that commands ask for between messages of odometry, so much later [s]."""
-    assert one.motion  # noqa: S101 (for mypy: checked by the caller)
-    assert one.commands  # noqa: S101 (for mypy, too)
-    given = one.commands
-    way = np.concatenate([np.zeros((1, 2)), np.cumsum(given.values[:-1] * np.diff(given.times)[:, None], axis=0)])
-    return np.diff(np.column_stack([np.interp(one.motion.times - late, given.times, way[:, n]) for n in (0, 1)]),
-                   axis=0)
+    assert recording.motion  # noqa: S101 (for mypy: checked by the caller)
+    assert recording.commands  # noqa: S101 (for mypy, too)
+    commands = recording.commands
+    way = np.concatenate([np.zeros((1, 2)), np.cumsum(commands.values[:-1] * np.diff(commands.times)[:, None], axis=0)])
+    times = recording.motion.times - late
+    return np.diff(np.column_stack([np.interp(times, commands.times, way[:, n]) for n in (0, 1)]), axis=0)
 
 
 def _lacks_of_a_velocity(recordings: Sequence[Recorded], n: int, name: str, unit: str) -> Iterator[Lack]:
@@ -183,20 +184,20 @@ def _lacks_of_torque(recordings: Sequence[Recorded]) -> Iterator[Lack]:
     if not any(one.wheels for one in recordings):
         yield Lack('there is no joint_states', 'record it, or name it with --topic joint_states:=/NAME', True)
         return
-    known = [one for one in recordings if one.torques and np.isfinite(one.torques.values).any()]
-    if not known:
+    with_efforts = [one for one in recordings if one.torques and np.isfinite(one.torques.values).any()]
+    if not with_efforts:
         yield Lack('joint_states has no effort, which is unknown then and not zero',
                    "record the motors' torques as its effort; a robot that takes cmd_vel is identified by cmd_vel and "
                    'odom, with -p plant.drive:=velocity', True)
         return
-    turned = [np.abs(one.wheels.moved).sum(axis=0) for one in known if one.wheels]
+    turned = [np.abs(one.wheels.moved).sum(axis=0) for one in with_efforts if one.wheels]
     if np.max(turned) < 0.5:
         yield Lack('the robot stands', _EXCITE, True)
         return
-    usable = sum(float(np.diff(one.wheels.times)[one.wheels.usable].sum()) for one in known if one.wheels)
+    usable = sum(float(np.diff(one.wheels.times)[one.wheels.usable].sum()) for one in with_efforts if one.wheels)
     if usable < 0.5 * _SHORTEST:
         yield Lack(f'efforts are known for {usable:.1f} s only', 'record them with each message, for a minute', True)
-    both = np.concatenate([one.wheels.speeds[one.wheels.usable] for one in known if one.wheels])
+    both = np.concatenate([one.wheels.speeds[one.wheels.usable] for one in with_efforts if one.wheels])
     spread = np.ptp(both, axis=0)
     if float(np.ptp(both[:, 0] - both[:, 1])) < 0.05 * float(spread.max()):
         yield Lack('the robot drives straight ahead only: its inertia does not show', f'{_EXCITE}, turns included')
@@ -224,21 +225,21 @@ def second_lags(fit: BaseFit) -> list[str]:
 
 
 def missing_in_model(
-    found: Estimate, predictions: Sequence[Prediction], inputs: Sequence[tuple[str, Floats]]
+    estimated: Estimate, predictions: Sequence[Prediction], inputs: Sequence[tuple[str, Floats]]
 ) -> list[str]:
     """
     Describe the missing parts of a model by its residuals.
 
     Parameters
     ----------
-    found : Estimate
+    estimated : Estimate
         With residuals that would be white under the right model and noise.
     predictions : sequence of Prediction
         Recorded and modelled motion; residuals that are small compared with it are not reported.
     inputs : sequence of (str, array of float)
         Names of the robot's inputs, and their values beside the residuals, shape (n, 2) each.
     """
-    white = found.whitened - found.whitened.mean(axis=0)
+    white = estimated.whitened - estimated.whitened.mean(axis=0)
     count = white.shape[0]
     chance = max(_NOTABLE, _SURE / np.sqrt(count))
     measured = np.concatenate([one.measured for one in predictions])
@@ -255,20 +256,20 @@ def missing_in_model(
                          f'({own[lag - 1]:+.2f}): a disturbance, or dynamics that the model does not have')
         for name, values in inputs:
             changes = np.diff(values, axis=0, prepend=values[:1])
-            for m, given in enumerate(('v', 'ω')):
+            for m, component in enumerate(('v', 'ω')):
                 beside = _correlations(white[:, n], changes[:, m])
                 if np.abs(beside).max() > chance:
                     lag = int(np.abs(beside).argmax())
-                    words.append(f'residuals of {output} follow {name} of {given}, most after {lag} samples '
+                    words.append(f'residuals of {output} follow {name} of {component}, most after {lag} samples '
                                  f'(correlation {beside[lag]:+.2f}): the response has a part that the model '
                                  'lacks, such as a second lag, a filter, a ramp, or a base that takes commands at its '
                                  'own rate')
     return words
 
 
-def _correlations(one: Floats, before: Floats) -> Floats:
+def _correlations(signal: Floats, before: Floats) -> Floats:
     """Return the correlations of a signal with another one, by the lag in samples."""
     other = before - before.mean()
-    size = float(np.sqrt((one**2).sum() * (other**2).sum())) + 1e-300
-    most = min(_LARGEST_LAG, one.size - 1)
-    return np.array([float(one[lag:] @ other[:other.size - lag]) / size for lag in range(most)])
+    size = float(np.sqrt((signal**2).sum() * (other**2).sum())) + 1e-300
+    most = min(_LARGEST_LAG, signal.size - 1)
+    return np.array([float(signal[lag:] @ other[:other.size - lag]) / size for lag in range(most)])

@@ -96,13 +96,13 @@ def identified(
     vital = [str(lack) for lack in inputs.lacks if lack.is_vital]
     if vital:
         raise UnidentifiableError(vital)
-    made = (identify_base(inputs.recordings, inputs.configuration, request.same_clock, tell) if inputs.takes_velocity
-            else identify_torques(inputs.recordings, inputs.configuration, tell))
-    if not made.parameters:
-        raise UnidentifiableError([*made.open, *made.lacking])
-    return with_judgement(made, any(lack.contradicts for lack in inputs.lacks))._replace(
-        open=(*map(str, inputs.lacks), *made.open),
-        notes=(*made.notes, *inputs.problems),
+    result = (identify_base(inputs.recordings, inputs.configuration, request.same_clock, tell) if inputs.takes_velocity
+              else identify_torques(inputs.recordings, inputs.configuration, tell))
+    if not result.parameters:
+        raise UnidentifiableError([*result.open, *result.lacking])
+    return with_judgement(result, any(lack.contradicts for lack in inputs.lacks))._replace(
+        open=(*map(str, inputs.lacks), *result.open),
+        notes=(*result.notes, *inputs.problems),
         provenance=provenance(command_line, inputs.configuration))
 
 

@@ -26,10 +26,10 @@ _SHOWN = 30.0
 _LAGS = 40
 
 
-def answer(found: Identification) -> str:
+def answer(result: Identification) -> str:
     """Return the quality of the model's prediction in a sentence."""
-    judged, (v, omega) = found.judgement, found.errors['held_out']
-    return (f'The model of a robot that takes {drive_of(found)} is {judged.grade}: where it has not seen the '
+    judged, (v, omega) = result.judgement, result.errors['held_out']
+    return (f'The model of a robot that takes {drive_of(result)} is {judged.grade}: where it has not seen the '
             f'recording, it misses {judged.shares[0]:.1%} of the speed and {judged.shares[1]:.1%} of the turn rate, '
             f'averaged over 0.2 s; from message to message {100.0 * v:.2g} cm/s and {omega:.2g} rad/s RMS.'
             f'{_MEANING[judged.grade]}')
@@ -53,24 +53,24 @@ def _thin(times: Floats, values: Floats) -> Line:
     return Line(times[::step], values[::step])
 
 
-def _figures(one: Prediction, residuals: Floats) -> list[Figure]:
-    part = (one.times > one.held_out) & (one.times < one.held_out + _SHOWN)
+def _figures(prediction: Prediction, residuals: Floats) -> list[Figure]:
+    part = (prediction.times > prediction.held_out) & (prediction.times < prediction.held_out + _SHOWN)
     velocities = Figure(
         'velocities', 'Held-out part: velocities', 'Measured, and predicted by the model from commands or torques '
         'alone, for the part held out of the fit.', ('measured', 'modelled'), tuple(
             Panel(name, name, unit, (
-                Curve(VALUE, 0, '', _thin(one.times[part], one.measured[part, n])),
-                Curve(VALUE, 1, '', _thin(one.times[part], one.modelled[part, n]))))
+                Curve(VALUE, 0, '', _thin(prediction.times[part], prediction.measured[part, n])),
+                Curve(VALUE, 1, '', _thin(prediction.times[part], prediction.modelled[part, n]))))
             for n, (name, unit) in enumerate((('v', 'm/s'), ('ω', 'rad/s')))), 5.0, 11.0)
     path = Figure(
         'path', 'Held-out part: path', 'Both begin at the same pose; errors of the heading add up.',
         ('measured', 'modelled'),
-        (plane('path', [Curve(VALUE, 0, '', Line(*one.measured_path[:, :2].T)),
-                        Curve(VALUE, 1, '', Line(*one.modelled_path[:, :2].T))]),), 5.0)
-    left = one.measured - one.modelled
+        (plane('path', [Curve(VALUE, 0, '', Line(*prediction.measured_path[:, :2].T)),
+                        Curve(VALUE, 1, '', Line(*prediction.modelled_path[:, :2].T))]),), 5.0)
+    left = prediction.measured - prediction.modelled
     errors = Figure(
         'errors', 'Residuals', 'Measured less modelled, over the whole recording.', ('residual',), tuple(
-            Panel(name, name, unit, (Curve(VALUE, 0, '', _thin(one.times, left[:, n])),))
+            Panel(name, name, unit, (Curve(VALUE, 0, '', _thin(prediction.times, left[:, n])),))
             for n, (name, unit) in enumerate((('v', 'm/s'), ('ω', 'rad/s')))), 5.0)
     count = residuals.shape[0]
     bound = 1.96 / np.sqrt(count)
@@ -98,25 +98,25 @@ def _interval(one: Parameter) -> str:
 
 def _rows(pairs: Sequence[tuple[Parameter, float | None]], with_other: bool) -> list[list[str]]:
     rows = []
-    for one, other in pairs:
-        row = [page.breakable(one.name), f'{one.value:.4g}', _interval(one), escape(one.unit)]
+    for parameter, other in pairs:
+        row = [page.breakable(parameter.name), f'{parameter.value:.4g}', _interval(parameter), escape(parameter.unit)]
         if with_other:
-            outside = other is not None and np.isfinite(one.low) and not one.low <= other <= one.high
-            text = '' if other is None else f'{other:.4g}'
-            row.append(f'{text} (outside)' if outside else text)
+            outside = other is not None and np.isfinite(parameter.low) and not parameter.low <= other <= parameter.high
+            value = '' if other is None else f'{other:.4g}'
+            row.append(f'{value} (outside)' if outside else value)
         rows.append(row)
     return rows
 
 
 def identification_page(
-    found: Identification, title: str, pairs: Sequence[tuple[Parameter, float | None]], other: str = ''
+    result: Identification, title: str, pairs: Sequence[tuple[Parameter, float | None]], other: str = ''
 ) -> str:
     """
     Return the page of an identification.
 
     Parameters
     ----------
-    found : Identification
+    result : Identification
         With at least one prediction.
     title : str
         Plain text.
@@ -127,21 +127,21 @@ def identification_page(
     """
     pictures = [
         page.picture(figure.title, figure.caption, page.drawing(as_svg(draw(figure))), name=figure.name)
-        for one in found.predictions[:1] for figure in _figures(one, found.residuals)]
+        for one in result.predictions[:1] for figure in _figures(one, result.residuals)]
     head = ['parameter', 'value', '95 % interval', 'unit', *([other] if other else [])]
     told = [[escape(name), escape(f'{value:.4g}' if isinstance(value, float) else value)]
-            for name, value in found.facts.items()]
+            for name, value in result.facts.items()]
     parts = [
-        f'<h1>{escape(title)}</h1><p class="answer">{escape(answer(found))}</p>',
-        *([_listed(regime_lines(found.judgement))] if found.judgement.grade != GOOD else []), pictures[0],
+        f'<h1>{escape(title)}</h1><p class="answer">{escape(answer(result))}</p>',
+        *([_listed(regime_lines(result.judgement))] if result.judgement.grade != GOOD else []), pictures[0],
         page.section('numbers', 'Numbers', page.html_table(head, _rows(pairs, bool(other)))),
         *([page.section('reported', 'Further numbers', page.html_table(
-            head[:4], _rows([(one, None) for one in found.reported], False)))] if found.reported else []),
+            head[:4], _rows([(one, None) for one in result.reported], False)))] if result.reported else []),
         *(page.section(name, heading, _listed(texts)) for name, heading, texts in (
-            ('lacking', 'What the model lacks', found.lacking), ('open', 'What the recordings do not tell', found.open),
-            ('notes', 'Notes', found.notes)) if texts),
+            ('lacking', 'What the model lacks', result.lacking),
+            ('open', 'What the recordings do not tell', result.open), ('notes', 'Notes', result.notes)) if texts),
         page.grid(pictures[1:]),
         page.section('recording', 'The recording', page.html_table(('', 'measured'), told)),
-        page.section('made', 'How it was made', page.made_with(found.provenance)),
+        page.section('made', 'How it was made', page.made_with(result.provenance)),
     ]
     return page.page(title, parts)

@@ -180,7 +180,7 @@ class Recorded(NamedTuple):
         From outside.
     torques : Commands or None
         Efforts of joint_states; each applied up to its time, nan if unknown.
-    asked : Commands or None
+    requests : Commands or None
         Of wheel_torques.
     wheels : Motion or None
         Of joint_states.
@@ -202,7 +202,7 @@ class Recorded(NamedTuple):
     motion: Motion | None
     truth: Poses | None
     torques: Commands | None
-    asked: Commands | None
+    requests: Commands | None
     wheels: Motion | None
     clocks: dict[str, Clock]
     problems: tuple[str, ...]
@@ -263,23 +263,23 @@ def _recording(
     unusable: dict[str, str],
 ) -> Recorded:
     """Make one recording from its topics."""
-    known = {topic: signal for topic, signal in signals.items() if signal.stamps.size > _FEW}
-    origin = min((int(signal.stamps[0]) for signal in known.values()), default=0)
-    on_receipt = all(map(is_wall, known.values()))
-    clocks = {topic: read_clock(signal, origin, on_receipt) for topic, signal in known.items()}
+    usable = {topic: signal for topic, signal in signals.items() if signal.stamps.size > _FEW}
+    origin = min((int(signal.stamps[0]) for signal in usable.values()), default=0)
+    on_receipt = all(map(is_wall, usable.values()))
+    clocks = {topic: read_clock(signal, origin, on_receipt) for topic, signal in usable.items()}
 
     def poses(topic: str) -> Poses | None:
         return Poses(clocks[topic].times, signals[topic].values[:, :3]) if topic in clocks else None
 
-    commands, asked = (Commands(clocks[topic].times, signals[topic].values) if topic in clocks else None
-                       for topic in ('cmd_vel', 'wheel_torques'))
+    commands, requests = (Commands(clocks[topic].times, signals[topic].values) if topic in clocks else None
+                          for topic in ('cmd_vel', 'wheel_torques'))
     odometry = poses('odom')
     motion = _motion_of(odometry, commands) if odometry else None
     torques, wheels = _wheels(signals['joint_states'], clocks['joint_states']) if 'joint_states' in clocks else (
         None, None)
     return Recorded(
         name=name, commands=commands, odometry=odometry, motion=motion, truth=poses(GROUND_TRUTH), torques=torques,
-        asked=asked, wheels=wheels, clocks=clocks, problems=problems, held=held, unusable=unusable,
+        requests=requests, wheels=wheels, clocks=clocks, problems=problems, held=held, unusable=unusable,
         twist=signals['odom'].values[:, 3:5] if odometry else None)
 
 
@@ -297,8 +297,8 @@ def moved_between(poses: Floats) -> Floats:
     middle = poses[:-1, 2] + 0.5 * turn
     chord = np.diff(poses[:, 0]) * np.cos(middle) + np.diff(poses[:, 1]) * np.sin(middle)
     # an arc is longer than its chord by x / sin(x), with x half its turn
-    found: Floats = np.column_stack([chord / np.sinc(0.5 * turn / np.pi), turn])
-    return found
+    moved: Floats = np.column_stack([chord / np.sinc(0.5 * turn / np.pi), turn])
+    return moved
 
 
 def _motion_of(odometry: Poses, commands: Commands | None) -> Motion:
@@ -336,10 +336,10 @@ def _wheels(joints: Signal, clock: Clock) -> tuple[Commands, Motion]:
     else:
         turned = np.diff(angles, axis=0)
     # the effort of a message was applied since the previous message; over a longer gap it is unknown
-    known = intervals < 1.5 / clock.rate
-    applied = np.where(known[:, None], efforts[1:], np.nan)
+    is_known = intervals < 1.5 / clock.rate
+    applied = np.where(is_known[:, None], efforts[1:], np.nan)
     return (Commands(clock.times, np.concatenate([applied[:1], applied])),
-            Motion(clock.times, turned, known & np.isfinite(applied).all(axis=1)))
+            Motion(clock.times, turned, is_known & np.isfinite(applied).all(axis=1)))
 
 
 def cut(recorded: Recorded, seconds: float) -> Recorded:

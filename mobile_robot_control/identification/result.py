@@ -192,16 +192,16 @@ def left_out(one: Parameter) -> str:
 
 def rates_of(clocks: Mapping[str, Clock]) -> dict[str, float | str]:
     """Return measured rates, lost messages, jitter and kinds of stamps."""
-    found: dict[str, float | str] = {}
+    facts: dict[str, float | str] = {}
     for topic, clock in clocks.items():
-        found[f'{topic} rate [Hz]'] = clock.rate
+        facts[f'{topic} rate [Hz]'] = clock.rate
         if clock.lost > 0.001:
-            found[f'{topic} missing in the recording'] = clock.lost
+            facts[f'{topic} missing in the recording'] = clock.lost
         if clock.jitter > 0.0:
-            found[f'{topic} jitter [s]'] = clock.jitter
+            facts[f'{topic} jitter [s]'] = clock.jitter
     if 'odom' in clocks and clocks['odom'].stamped:
-        found['odom is stamped when'] = clocks['odom'].stamped
-    return found
+        facts['odom is stamped when'] = clocks['odom'].stamped
+    return facts
 
 
 def prediction_of(
@@ -241,27 +241,27 @@ _ROUNDING = 1e-5
 """Rounding error of numbers with six digits, relative to the largest."""
 
 
-def parameter_text(found: Identification) -> str:
+def parameter_text(result: Identification) -> str:
     """Return the identified parameters as a parameter file, with their intervals and their origin."""
-    lines = ['# Identified; intervals of 95 %.', f'# {found.provenance["command_line"]}']
-    for heading, texts in (('Not told by the recordings', found.open), ('The model lacks', found.lacking),
-                           ('Notes', found.notes)):
+    lines = ['# Identified; intervals of 95 %.', f'# {result.provenance["command_line"]}']
+    for heading, texts in (('Not told by the recordings', result.open), ('The model lacks', result.lacking),
+                           ('Notes', result.notes)):
         lines += [f'# {heading}: {text}.' for text in texts]
-    shared = [one for one in found.parameters if one.name.startswith('/**.')]
+    shared = [one for one in result.parameters if one.name.startswith('/**.')]
     if shared:
         lines += ['/**:', '  ros__parameters:', *_section(shared)]
-    plant = [one for one in found.parameters if one.name.startswith('plant.')]
-    lines += ['/**/plant:', '  ros__parameters:', f'    drive: {found.drive}', *_section(plant)]
-    values = [next(one.value for one in found.parameters if one.name == name) for name in found.names]
-    judged = found.judgement
+    plant = [one for one in result.parameters if one.name.startswith('plant.')]
+    lines += ['/**/plant:', '  ros__parameters:', f'    drive: {result.drive}', *_section(plant)]
+    values = [next(one.value for one in result.parameters if one.name == name) for name in result.names]
+    judged = result.judgement
     lines += [
         '# The covariance is withheld: the model misses too much of the motion' if judged.grade == UNUSABLE else
-        f'# {len(found.names)} estimates and their covariance, row by row: study --robot-uncertainty draws from it',
+        f'# {len(result.names)} estimates and their covariance, row by row: study --robot-uncertainty draws from it',
         f'/**/{SECTION}:', '  ros__parameters:',
         f'    grade: {judged.grade}', f'    error: {_number(judged.error)}',
-        f'    widened: {str(judged.widened).lower()}', f'    names: [{", ".join(repr(name) for name in found.names)}]',
+        f'    widened: {str(judged.widened).lower()}', f'    names: [{", ".join(repr(name) for name in result.names)}]',
         f'    values: [{", ".join(_number(value) for value in values)}]',
-        f'    covariance: [{", ".join(_number(value) for value in found.covariance.ravel().tolist())}]',
+        f'    covariance: [{", ".join(_number(value) for value in result.covariance.ravel().tolist())}]',
     ]
     return '\n'.join(lines) + '\n'
 
@@ -327,14 +327,14 @@ def _number(value: float) -> str:
     return text if any(sign in text for sign in '.en') and 'e' not in text else repr(float(text))
 
 
-def compared(found: Identification, given: Mapping[str, object]) -> list[tuple[Parameter, float | None]]:
+def compared(result: Identification, other_values: Mapping[str, object]) -> list[tuple[Parameter, float | None]]:
     """Return each parameter with its value in another plant, flattened; None if that plant has none."""
     pairs = []
-    for one in found.parameters:
-        name, _, index = one.name.removeprefix('/**.').removeprefix('plant.').partition('[')
-        value = given.get(name)
+    for parameter in result.parameters:
+        name, _, index = parameter.name.removeprefix('/**.').removeprefix('plant.').partition('[')
+        value = other_values.get(name)
         other = value[int(index[0])] if index and isinstance(value, tuple) else value
-        pairs.append((one, float(other) if isinstance(other, int | float) else None))
+        pairs.append((parameter, float(other) if isinstance(other, int | float) else None))
     return pairs
 
 

@@ -47,14 +47,14 @@ _SHORTEST_LAG = 2e-3
 
 def fit_motors(recordings: Sequence[Recorded], tell: Callable[[], object] = lambda: None) -> Estimate | None:
     """Fit gain, time constant [s] and delay [s], equal for both motors; None if no torques were requested."""
-    usable = [one for one in recordings if one.asked and one.torques and np.ptp(one.asked.values) > 0.0]
+    usable = [one for one in recordings if one.requests and one.torques and np.ptp(one.requests.values) > 0.0]
     if not usable:
         return None
     rows = [np.isfinite(one.torques.values[1:]).all(axis=1) for one in usable if one.torques]
 
     def outputs(values: Floats) -> list[Floats]:
-        return [_applied(one.asked, one.torques.times, *values)[known]
-                for one, known in zip(usable, rows, strict=True) if one.asked and one.torques]
+        return [_applied(one.requests, one.torques.times, *values)[known]
+                for one, known in zip(usable, rows, strict=True) if one.requests and one.torques]
 
     measured = [one.torques.values[1:][known] for one, known in zip(usable, rows, strict=True) if one.torques]
 
@@ -67,19 +67,19 @@ def fit_motors(recordings: Sequence[Recorded], tell: Callable[[], object] = lamb
     return estimate(model, measured, 2, tell)
 
 
-def _applied(asked: Commands, times: Floats, gain: float, time_constant: float, delay: float) -> Floats:
+def _applied(requests: Commands, times: Floats, gain: float, time_constant: float, delay: float) -> Floats:
     """Return the mean torques between times [s] of motors that follow the requests with a first-order lag."""
     from scipy.signal import lfilter  # noqa: PLC0415 (imported late: most commands do without)
 
-    grid = np.arange(asked.times[0], times[-1] + _STEP, _STEP)
-    newest = np.searchsorted(asked.times, grid + 0.5 * _STEP, side='right') - 1
+    grid = np.arange(requests.times[0], times[-1] + _STEP, _STEP)
+    newest = np.searchsorted(requests.times, grid + 0.5 * _STEP, side='right') - 1
     share = -np.expm1(-_STEP / time_constant)
-    followed = gain * lfilter([share], [1.0, share - 1.0], asked.values[np.maximum(newest, 0)], axis=0)
+    followed = gain * lfilter([share], [1.0, share - 1.0], requests.values[np.maximum(newest, 0)], axis=0)
     impulse = np.concatenate([np.zeros((1, 2)), np.cumsum(followed, axis=0) * _STEP])
     edges = np.append(grid, grid[-1] + _STEP)
     at = np.column_stack([np.interp(times - delay, edges, impulse[:, n]) for n in (0, 1)])
-    found: Floats = np.diff(at, axis=0) / np.diff(times)[:, None]
-    return found
+    applied: Floats = np.diff(at, axis=0) / np.diff(times)[:, None]
+    return applied
 
 
 def motor_parameters(found: Estimate) -> tuple[list[Parameter], list[Parameter]]:
@@ -132,15 +132,15 @@ class Known(NamedTuple):
 
 def _turn(torques: Floats, starts: Floats, state: Any, motors: Any, drivetrain: Any) -> Floats:
     """Return the angles of both wheels after each step [rad], shape (n + 1, 2)."""
-    found = np.zeros((torques.shape[0] + 1, 2))
+    angles = np.zeros((torques.shape[0] + 1, 2))
     none = WheelTorque(0.0, 0.0)
     for k in range(torques.shape[0]):
         if starts[k, 0] == starts[k, 0]:  # not nan: a segment begins
             state = PlantState(state.pose, body_velocity(WheelVelocity(starts[k, 0], starts[k, 1]),
                                                          drivetrain.plant.robot), state.right_angle, state.left_angle)
         state, motors, _ = motorised_step(state, motors, WheelTorque(torques[k, 0], torques[k, 1]), none, drivetrain)
-        found[k + 1, 0], found[k + 1, 1] = state.right_angle, state.left_angle
-    return found
+        angles[k + 1, 0], angles[k + 1, 1] = state.right_angle, state.left_angle
+    return angles
 
 
 @cache
@@ -198,20 +198,21 @@ def torque_model(recordings: Sequence[Known], start: Mapping[str, float], robot:
     values = np.array(list(start.values()))
     wanted = [measured(one, robot) for one in recordings]
 
-    def outputs(given: Floats) -> list[Floats]:
-        made, friction = robot_of(dict(zip(names, given.tolist(), strict=True)), robot)
-        rates = (made.viscous_friction / linear_inertia(made), made.viscous_friction / angular_inertia(made))
-        found = []
-        for one, target in zip(recordings, wanted, strict=True):
+    def outputs(values: Floats) -> list[Floats]:
+        candidate, friction = robot_of(dict(zip(names, values.tolist(), strict=True)), robot)
+        rates = (candidate.viscous_friction / linear_inertia(candidate),
+                 candidate.viscous_friction / angular_inertia(candidate))
+        distances = []
+        for recording, target in zip(recordings, wanted, strict=True):
             drivetrain = discretise_drivetrain(
-                discretise(made, float(one.grid[1] - one.grid[0])), Motor(), friction)
-            turned = _compiled_turn()(one.torques, one.starts, at_rest(Pose(0.0, 0.0, 0.0)), motors_at_rest(),
-                                      drivetrain)
-            at = np.column_stack([np.interp(one.motion.times, one.grid, turned[:, n]) for n in (0, 1)])
+                discretise(candidate, float(recording.grid[1] - recording.grid[0])), Motor(), friction)
+            turned = _compiled_turn()(recording.torques, recording.starts, at_rest(Pose(0.0, 0.0, 0.0)),
+                                      motors_at_rest(), drivetrain)
+            at = np.column_stack([np.interp(recording.motion.times, recording.grid, turned[:, n]) for n in (0, 1)])
             moved = np.concatenate([body_way(np.diff(at[seg.first:seg.last + 1], axis=0), robot)
-                                    for seg in one.segments])
-            found.append(_with_starts(one, moved, target, rates))
-        return found
+                                    for seg in recording.segments])
+            distances.append(_with_starts(recording, moved, target, rates))
+        return distances
 
     return Model(names, values, np.array([_lowest(name) for name in names]), np.full(values.size, np.inf),
                  np.maximum(1e-4 * values, 1e-7), outputs)
@@ -221,13 +222,13 @@ def _lowest(name: str) -> float:
     return 1e-6 if name in (MASS, INERTIA) else 0.0
 
 
-def _with_starts(one: Known, modelled: Floats, target: Floats, rates: tuple[float, float]) -> Floats:
+def _with_starts(recording: Known, modelled: Floats, target: Floats, rates: tuple[float, float]) -> Floats:
     """Return modelled distances with the initial velocity of each segment that fits the measurement best."""
-    lengths = np.array([seg.last - seg.first for seg in one.segments])
+    lengths = np.array([seg.last - seg.first for seg in recording.segments])
     firsts = np.concatenate([[0], np.cumsum(lengths)[:-1]])
-    begun = np.concatenate([one.motion.times[seg.first:seg.last] - one.motion.times[seg.first]
-                            for seg in one.segments])
-    steps = np.concatenate([np.diff(one.motion.times[seg.first:seg.last + 1]) for seg in one.segments])
+    begun = np.concatenate([recording.motion.times[seg.first:seg.last] - recording.motion.times[seg.first]
+                            for seg in recording.segments])
+    steps = np.concatenate([np.diff(recording.motion.times[seg.first:seg.last + 1]) for seg in recording.segments])
     fitted = modelled.copy()
     for n, rate in enumerate(rates):
         # the distance due to 1 m/s or 1 rad/s at the start
@@ -261,15 +262,15 @@ def fit_torques(
     cut = [known(one.torques, one.wheels, until) for one in recordings if one.torques and one.wheels]
     cut = [one for one in cut if one.segments]
     values = [measured(one, robot) for one in cut]
-    found = estimate(torque_model(cut, start or _start(cut, values, robot, tell), robot), values, 2, tell)
+    estimated = estimate(torque_model(cut, start or _start(cut, values, robot, tell), robot), values, 2, tell)
     if start is None:
-        begun = dict(zip(found.names, found.values.tolist(), strict=True))
+        begun = dict(zip(estimated.names, estimated.values.tolist(), strict=True))
         # a tenth of the wheels' mean torque
         usual = float(np.mean([np.abs(one.torques).mean() for one in cut]))
         dry = estimate(torque_model(cut, {**begun, COULOMB: 0.1 * usual}, robot), values, 2, tell)
-        if found.cost - dry.cost > _WORTH * np.log(found.whitened.shape[0]):
-            found = dry
-    return found, cut
+        if estimated.cost - dry.cost > _WORTH * np.log(estimated.whitened.shape[0]):
+            estimated = dry
+    return estimated, cut
 
 
 def _start(cut: Sequence[Known], values: Sequence[Floats], robot: Robot, tell: Callable[[], object]
@@ -299,15 +300,15 @@ def identify_torques(
     """Identify mass, inertia and friction from efforts and wheel motion; motors from requested torques."""
     robot = configuration.plant.shared.robot
     usable = [one for one in recordings if one.torques and one.wheels]
-    found, whole = fit_torques(usable, robot, tell)
+    estimated, whole = fit_torques(usable, robot, tell)
     parameters = [interval_of(name, value, deviation, unit) for name, value, deviation, unit in zip(
-        found.names, found.values.tolist(), found.deviations.tolist(), ('kg', 'kg m²', 'N m s/rad', 'N m'),
+        estimated.names, estimated.values.tolist(), estimated.deviations.tolist(), ('kg', 'kg m²', 'N m s/rad', 'N m'),
         strict=False)]
     kept = [one for one in parameters if is_narrow(one)]
-    index = [found.names.index(one.name) for one in kept]
+    index = [estimated.names.index(one.name) for one in kept]
     motors = fit_motors(usable, tell)
     driven, motion = motor_parameters(motors) if motors else ([], [])
-    start = dict(zip(found.names, found.values.tolist(), strict=True))
+    start = dict(zip(estimated.names, estimated.values.tolist(), strict=True))
     split = float(np.mean([(1.0 - HELD_OUT) * np.ptp(one.wheels.times) + one.wheels.times[0]
                            for one in usable if one.wheels]))
     trained, _ = fit_torques(usable, robot, tell, split, start)
@@ -321,35 +322,36 @@ def identify_torques(
     wide = [left_out(one) for one in parameters if one not in kept]
     return Identification(
         drive=TORQUE, parameters=(*kept, *driven), names=tuple(one.name for one in kept),
-        covariance=found.covariance[np.ix_(index, index)], reported=(*_combinations(found, robot), *motion),
+        covariance=estimated.covariance[np.ix_(index, index)], reported=(*_combinations(estimated, robot), *motion),
         facts=rates_of(usable[0].clocks), errors=errors_of(predictions),
-        open=(*wide, *(() if COULOMB in found.names else ('Coulomb friction: none shows beside the viscous one',))),
-        lacking=tuple(findings.missing_in_model(found, predictions, [])), notes=tuple(notes),
-        predictions=tuple(predictions), residuals=found.whitened, provenance={})
+        open=(*wide, *(() if COULOMB in estimated.names else ('Coulomb friction: none shows beside the viscous one',))),
+        lacking=tuple(findings.missing_in_model(estimated, predictions, [])), notes=tuple(notes),
+        predictions=tuple(predictions), residuals=estimated.whitened, provenance={})
 
 
-def _combinations(found: Estimate, robot: Robot) -> list[Parameter]:
+def _combinations(estimated: Estimate, robot: Robot) -> list[Parameter]:
     """Return A + B and A - B of Eq. (15), which the data determine, with their intervals."""
     def of(values: Floats) -> Floats:
-        made, _ = robot_of(dict(zip(found.names, values.tolist(), strict=True)), robot)
-        return np.array([linear_inertia(made), angular_inertia(made)])
+        candidate, _ = robot_of(dict(zip(estimated.names, values.tolist(), strict=True)), robot)
+        return np.array([linear_inertia(candidate), angular_inertia(candidate)])
 
-    here = of(found.values)
+    here = of(estimated.values)
     slopes = np.column_stack([
-        (of(found.values + step) - here) / step.max() for step in np.diag(1e-6 * np.maximum(found.values, 1e-9))])
-    deviations = np.sqrt(np.diag(slopes @ found.covariance @ slopes.T))
+        (of(estimated.values + step) - here) / step.max()
+        for step in np.diag(1e-6 * np.maximum(estimated.values, 1e-9))])
+    deviations = np.sqrt(np.diag(slopes @ estimated.covariance @ slopes.T))
     return [interval_of(name, value, deviation, 'kg m²') for name, value, deviation in zip(
         ('A + B', 'A - B'), here.tolist(), deviations.tolist(), strict=True)]
 
 
 def _torque_prediction(
-    one: Known, modelled: Floats, robot: Robot, split: float, name: str
+    recording: Known, modelled: Floats, robot: Robot, split: float, name: str
 ) -> Prediction:
     """Return the prediction of one recording; between its segments nothing is known."""
-    rows = np.concatenate([np.arange(segment.first, segment.last) for segment in one.segments])
-    moved = body_way(one.motion.moved, robot)
+    rows = np.concatenate([np.arange(segment.first, segment.last) for segment in recording.segments])
+    moved = body_way(recording.motion.moved, robot)
     filled = moved.copy()
     filled[rows] = modelled
     usable = np.zeros(moved.shape[0], bool)
     usable[rows] = True
-    return prediction_of(name, one.motion.times, moved, filled, usable, split)
+    return prediction_of(name, recording.motion.times, moved, filled, usable, split)

@@ -33,14 +33,14 @@ _BOUNDS = {'base.lag': (1e-3, 3.0, 5e-4), 'second lag': (1e-3, 3.0, 5e-4), 'dela
 
 def _drive(commands: Floats, base: Any, state: Any, base_state: Any) -> Floats:
     """Return distance [m] and turn [rad] since the start after each step of a base, shape (n + 1, 2)."""
-    found = np.zeros((commands.shape[0] + 1, 2))
+    way = np.zeros((commands.shape[0] + 1, 2))
     rim = 0.5 * base.robot.wheel_radius
     across = base.robot.wheel_radius / base.robot.wheel_separation
     for k in range(commands.shape[0]):
         state, base_state = base_step(state, base_state, BodyVelocity(commands[k, 0], commands[k, 1]), k, base)
-        found[k + 1, 0] = rim * (state.right_angle + state.left_angle)
-        found[k + 1, 1] = across * (state.right_angle - state.left_angle)
-    return found
+        way[k + 1, 0] = rim * (state.right_angle + state.left_angle)
+        way[k + 1, 1] = across * (state.right_angle - state.left_angle)
+    return way
 
 
 @cache
@@ -58,24 +58,24 @@ def held(commands: Commands, begin: float, steps: int, period: int, timeout: flo
     times = begin + np.arange(steps) * period / 1e9
     # a command acts from the first step whose middle is not before it
     newest = np.searchsorted(commands.times, times + 0.5e-9 * period, side='right') - 1
-    found = np.where(newest[:, None] >= 0, commands.values[np.maximum(newest, 0)], 0.0)
+    held_commands = np.where(newest[:, None] >= 0, commands.values[np.maximum(newest, 0)], 0.0)
     if timeout > 0.0:
-        found[times - commands.times[np.maximum(newest, 0)] > timeout] = 0.0
-    return found
+        held_commands[times - commands.times[np.maximum(newest, 0)] > timeout] = 0.0
+    return held_commands
 
 
-def base_of(values: Mapping[str, float], given: Base) -> Base:
+def base_of(values: Mapping[str, float], configured: Base) -> Base:
     """Return a base with parameters by name, such as ``base.lag[0]``; all others are off."""
-    made: Any = Base(command_timeout=given.command_timeout)
+    changed: Any = Base(command_timeout=configured.command_timeout)
     for name, value in values.items():
         field, _, index = name.removeprefix('base.').partition('[')
         if not index:
-            made = made._replace(**{field: value})
+            changed = changed._replace(**{field: value})
         else:
-            pair = list(getattr(made, field))
+            pair = list(getattr(changed, field))
             pair[int(index[0])] = value
-            made = made._replace(**{field: tuple(pair)})
-    base: Base = made
+            changed = changed._replace(**{field: tuple(pair)})
+    base: Base = changed
     return base
 
 
@@ -100,7 +100,7 @@ class Simulated(NamedTuple):
 
 
 def simulated(
-    recorded: Recorded, values: Mapping[str, float], robot: Robot, given: Base, step: int = STEP
+    recorded: Recorded, values: Mapping[str, float], robot: Robot, configured: Base, step: int = STEP
 ) -> Simulated:
     """
     Simulate a recording, without delays.
@@ -113,7 +113,7 @@ def simulated(
         Parameters of the base.
     robot : Robot
         Its wheel separation mixes unequal wheels.
-    given : Base
+    configured : Base
         Only its timeout of commands is used.
     step : int
         Of the simulation [ns].
@@ -124,16 +124,17 @@ def simulated(
     begin = min(times[0], commands.times[0])
     period = _period(times[-1] - begin, step)
     steps = int(np.ceil((times[-1] - begin) * 1e9 / period)) + 1
-    base = base_of(values, given)
-    found = _compiled_drive()(
-        held(commands, begin, steps, period, given.command_timeout), discretise_base(base, robot, period, period, 0),
-        at_rest(Pose(0.0, 0.0, 0.0)), base_at_rest(base, period, period))
-    return Simulated(begin + np.arange(steps + 1) * period / 1e9, found)
+    base = base_of(values, configured)
+    way = _compiled_drive()(
+        held(commands, begin, steps, period, configured.command_timeout),
+        discretise_base(base, robot, period, period, 0), at_rest(Pose(0.0, 0.0, 0.0)),
+        base_at_rest(base, period, period))
+    return Simulated(begin + np.arange(steps + 1) * period / 1e9, way)
 
 
 def base_model(
-    recordings: Sequence[Recorded], start: Mapping[str, float], fixed: Mapping[str, float], robot: Robot, given: Base,
-    step: int = STEP,
+    recordings: Sequence[Recorded], start: Mapping[str, float], fixed: Mapping[str, float], robot: Robot,
+    configured: Base, step: int = STEP,
 ) -> Model:
     """Return the model of recordings, with parameters that start at `start` and others that are fixed."""
     names = tuple(start)
@@ -141,7 +142,7 @@ def base_model(
 
     @lru_cache(maxsize=4)
     def without_delays(values: tuple[tuple[str, float], ...]) -> list[Simulated]:
-        return [simulated(one, dict(values), robot, given, step) for one in recordings]
+        return [simulated(one, dict(values), robot, configured, step) for one in recordings]
 
     def outputs(values: Floats) -> list[Floats]:
         named = dict(zip(names, values.tolist(), strict=True)) | dict(fixed)

@@ -54,13 +54,13 @@ def calibrate(recordings: Sequence[Recorded], robot: Robot) -> Estimate:
     seen = [_thinned(one) for one in recordings]
 
     def outputs(values: Floats) -> list[Floats]:
-        found = []
-        for one, true in zip(recordings, seen, strict=True):
-            assert one.motion  # noqa: S101 (for mypy: checked by the caller)
-            way = np.concatenate([np.zeros((1, 2)), np.cumsum(one.motion.moved, axis=0)])
-            at = np.column_stack([np.interp(true.times - values[3], one.motion.times, way[:, n]) for n in (0, 1)])
-            found.append(corrected(np.diff(at, axis=0), values[:3], robot))
-        return found
+        moved = []
+        for recording, true in zip(recordings, seen, strict=True):
+            assert recording.motion  # noqa: S101 (for mypy: checked by the caller)
+            way = np.concatenate([np.zeros((1, 2)), np.cumsum(recording.motion.moved, axis=0)])
+            at = np.column_stack([np.interp(true.times - values[3], recording.motion.times, way[:, n]) for n in (0, 1)])
+            moved.append(corrected(np.diff(at, axis=0), values[:3], robot))
+        return moved
 
     model = Model((*ERRORS, _OFFSET), np.zeros(4), np.array([-0.5, -0.5, -0.5, -1.0]),
                   np.array([0.5, 0.5, 0.5, 1.0]), np.array([1e-5, 1e-5, 1e-5, 1e-3]), outputs)
@@ -75,8 +75,8 @@ def _slip(calibration: Estimate, seen: Sequence[Recorded], robot: Robot) -> Para
     """
     squares: list[Floats] = []
     ways: list[Floats] = []
-    for one, left in zip(seen, calibration.residuals, strict=True):
-        moved = _thinned(one).moved
+    for recording, left in zip(seen, calibration.residuals, strict=True):
+        moved = _thinned(recording).moved
         half = 0.5 * robot.wheel_separation
         for sign in (1.0, -1.0):
             missed, way = left[:, 0] + sign * half * left[:, 1], np.abs(moved[:, 0] + sign * half * moved[:, 1])
@@ -90,13 +90,13 @@ def _slip(calibration: Estimate, seen: Sequence[Recorded], robot: Robot) -> Para
     return interval_of('plant.odometry.slip', value, deviation, 'm/√m')
 
 
-def _thinned(one: Recorded) -> Motion:
+def _thinned(recording: Recorded) -> Motion:
     """Return the motion of the pose from outside, over intervals within odometry."""
-    assert one.truth  # noqa: S101 (for mypy: checked by the caller)
-    assert one.motion  # noqa: S101 (for mypy, too)
-    times, way = one.truth.times, np.concatenate(
-        [np.zeros((1, 2)), np.cumsum(moved_between(one.truth.values), axis=0)])
-    inside = np.flatnonzero((times > one.motion.times[0] + 1.0) & (times < one.motion.times[-1] - 1.0))
+    assert recording.truth  # noqa: S101 (for mypy: checked by the caller)
+    assert recording.motion  # noqa: S101 (for mypy, too)
+    times, way = recording.truth.times, np.concatenate(
+        [np.zeros((1, 2)), np.cumsum(moved_between(recording.truth.values), axis=0)])
+    inside = np.flatnonzero((times > recording.motion.times[0] + 1.0) & (times < recording.motion.times[-1] - 1.0))
     chosen = inside[np.unique(np.searchsorted(times[inside], np.arange(times[inside[0]], times[inside[-1]], _APART)))]
     return Motion(times[chosen], np.diff(way[chosen], axis=0), np.ones(chosen.size - 1, bool))
 
@@ -117,14 +117,14 @@ def with_true_motion(one: Recorded, errors: Floats, robot: Robot) -> Recorded:
                                       one.motion.usable))
 
 
-def alignment(one: Recorded) -> Alignment:
+def alignment(recording: Recorded) -> Alignment:
     """Return the planar motion from odometry's frame to that of the pose from outside, from positions on both paths."""
-    assert one.truth  # noqa: S101 (for mypy: checked by the caller)
-    assert one.odometry  # noqa: S101 (for mypy, too)
-    inside = (one.odometry.times >= one.truth.times[0]) & (one.odometry.times <= one.truth.times[-1])
-    seen = one.odometry.values[inside, :2]
-    true = np.column_stack([np.interp(one.odometry.times[inside], one.truth.times, one.truth.values[:, n])
-                            for n in (0, 1)])
+    odometry, truth = recording.odometry, recording.truth
+    assert truth  # noqa: S101 (for mypy: checked by the caller)
+    assert odometry  # noqa: S101 (for mypy, too)
+    inside = (odometry.times >= truth.times[0]) & (odometry.times <= truth.times[-1])
+    seen = odometry.values[inside, :2]
+    true = np.column_stack([np.interp(odometry.times[inside], truth.times, truth.values[:, n]) for n in (0, 1)])
     # the argument of the sum of all products of complex numbers is the least-squares rotation
     there, here = (part[:, 0] + 1j * part[:, 1] for part in (true, seen))
     rotation = float(np.angle(((there - there.mean()) * (here - here.mean()).conj()).sum()))
@@ -159,28 +159,28 @@ def identify_base(
     recordings: Sequence[Recorded], configuration: Configuration, same_clock: bool, tell: Callable[[], object]
 ) -> Identification:
     """Identify a base; raise UnidentifiableError if its odometry does not follow the commands."""
-    robot, given = configuration.plant.shared.robot, configuration.plant.model.base
+    robot, configured = configuration.plant.shared.robot, configuration.plant.model.base
     usable = [one for one in recordings if one.commands and one.motion and one.motion.usable.any()]
     seen = [one for one in usable if one.truth]
     calibration = calibrate(seen, robot) if seen else None
     if calibration:
         usable = [with_true_motion(one, calibration.values[:3], robot) for one in usable]
     try:
-        fit = fit_base(usable, robot, given, tell)
+        fit = fit_base(usable, robot, configured, tell)
     except NothingFollowsError as error:
         raise UnidentifiableError([str(error)]) from error
-    found = _with_clock_error(fit.estimate, _clock_error(usable))
+    estimated = _with_clock_error(fit.estimate, _clock_error(usable))
     if calibration:
-        found = _with_calibration_error(found, calibration.covariance)
+        estimated = _with_calibration_error(estimated, calibration.covariance)
     clocks = _clocks(usable, same_clock)
     latency = clocks['odom'].floor if same_clock and clocks['odom'].stamped == SAMPLED else None
     every = [interval_of(name, value, deviation, _unit(name)) for name, value, deviation in zip(
-        found.names, found.values.tolist(), found.deviations.tolist(), strict=True)]
+        estimated.names, estimated.values.tolist(), estimated.deviations.tolist(), strict=True)]
     every += [Parameter(name, *zone, _unit(name)) for name, zone in fit.zones.items()]
     kept = [one for one in every if is_narrow(one)]
     renamed, delays = _delays(kept, latency)
-    names, covariance = _estimates(found, fit, [one.name for one in kept])
-    predictions = _predict(usable, fit, robot, given, tell)
+    names, covariance = _estimates(estimated, fit, [one.name for one in kept])
+    predictions = _predict(usable, fit, robot, configured, tell)
     odometry = _of_odometry(calibration, seen, robot)
     notes = [f'wheel separation {robot.wheel_separation} m and radius {robot.wheel_radius} m are given, not measured',
              'a command is taken to reach the robot when it reaches the recorder', *odometry.notes,
@@ -191,8 +191,8 @@ def identify_base(
         facts=rates_of(clocks), errors=errors_of(predictions),
         open=tuple(left_out(one) for one in every if one not in kept),
         lacking=(*odometry.lacking, *findings.second_lags(fit),
-                 *findings.missing_in_model(found, predictions, _inputs_beside(usable))),
-        notes=tuple(notes), predictions=tuple(predictions), residuals=found.whitened, provenance={})
+                 *findings.missing_in_model(estimated, predictions, _inputs_beside(usable))),
+        notes=tuple(notes), predictions=tuple(predictions), residuals=estimated.whitened, provenance={})
 
 
 def _of_odometry(calibration: Estimate | None, seen: Sequence[Recorded], robot: Robot) -> _Part:
@@ -218,12 +218,12 @@ def _by_odometry(one: Recorded, left: Floats) -> Prediction:
     return prediction_of(one.name, true.times, true.moved, true.moved - left, true.usable, np.inf)
 
 
-def _estimates(found: Estimate, fit: BaseFit, kept: Sequence[str]) -> tuple[tuple[str, ...], Floats]:
+def _estimates(estimated: Estimate, fit: BaseFit, kept: Sequence[str]) -> tuple[tuple[str, ...], Floats]:
     """Return names and covariance of the written estimates; the variance of a dead zone comes from its interval."""
-    index = [n for n, name in enumerate(found.names) if name in kept]
+    index = [n for n, name in enumerate(estimated.names) if name in kept]
     zones = {name: zone for name, zone in fit.zones.items() if name in kept}
-    return (tuple(_written(name) for name in (*(found.names[n] for n in index), *zones)), _diagonal(
-        found.covariance[np.ix_(index, index)],
+    return (tuple(_written(name) for name in (*(estimated.names[n] for n in index), *zones)), _diagonal(
+        estimated.covariance[np.ix_(index, index)],
         np.diag([((high - low) / (2.0 * Z95)) ** 2 for _, low, high in zones.values()])))
 
 
@@ -250,46 +250,46 @@ def _with_clock_error(found: Estimate, deviation: float) -> Estimate:
     return found._replace(covariance=found.covariance + np.outer(shared, shared))
 
 
-def _with_calibration_error(found: Estimate, calibration: Floats) -> Estimate:
+def _with_calibration_error(estimated: Estimate, calibration: Floats) -> Estimate:
     """Add the common errors of radii and separation, by which the motion was corrected, to the gains of an estimate."""
-    slopes = np.zeros((len(found.names), 3))
+    slopes = np.zeros((len(estimated.names), 3))
     for name, error, sign in zip(velocity_drive.GAINS, range(3), (-1.0, -1.0, 1.0), strict=True):
-        if name in found.names:
-            slopes[found.names.index(name), error] = sign
-    return found._replace(covariance=found.covariance + slopes @ calibration[:3, :3] @ slopes.T)
+        if name in estimated.names:
+            slopes[estimated.names.index(name), error] = sign
+    return estimated._replace(covariance=estimated.covariance + slopes @ calibration[:3, :3] @ slopes.T)
 
 
 def _clocks(recordings: Sequence[Recorded], same_clock: bool) -> dict[str, Clock]:
     """Return the clocks of the first recording, with the mean age of odometry; an aged one was not stamped late."""
-    found = recordings[0].clocks
-    odom = found['odom']._replace(floor=max(0.0, float(np.mean([one.clocks['odom'].floor for one in recordings]))))
+    clocks = recordings[0].clocks
+    odom = clocks['odom']._replace(floor=max(0.0, float(np.mean([one.clocks['odom'].floor for one in recordings]))))
     aged = same_clock and odom.floor > _AGED
-    return {**found, 'odom': odom._replace(stamped=SAMPLED) if aged else odom}
+    return {**clocks, 'odom': odom._replace(stamped=SAMPLED) if aged else odom}
 
 
 def _delays(kept: Sequence[Parameter], latency: float | None) -> tuple[list[Parameter], list[Parameter]]:
     """Return parameters of the plant from those of the model, and the measured delays."""
     renamed, reported = [], []
-    for one in kept:
-        if one.name.startswith('delay'):
-            name = f'{"v" if one.name.endswith("[0]") else "ω"}: dead time with latency of odometry'
-            reported.append(one._replace(name=name))
+    for parameter in kept:
+        if parameter.name.startswith('delay'):
+            name = f'{"v" if parameter.name.endswith("[0]") else "ω"}: dead time with latency of odometry'
+            reported.append(parameter._replace(name=name))
             shift = latency or 0.0
-            value, low, high = (max(0.0, bound - shift) for bound in (one.value, one.low, one.high))
-            renamed.append(Parameter(_written(one.name), value, low, high, one.unit))
+            value, low, high = (max(0.0, bound - shift) for bound in (parameter.value, parameter.low, parameter.high))
+            renamed.append(Parameter(_written(parameter.name), value, low, high, parameter.unit))
         else:
-            renamed.append(one._replace(name=_written(one.name)))
+            renamed.append(parameter._replace(name=_written(parameter.name)))
     return renamed, reported
 
 
 def _odometry_parameters(clock: Clock, latency: float | None) -> list[Parameter]:
     """Return rate, jitter and, if known, latency of odometry; they have no intervals."""
-    found = [Parameter('plant.odometry.rate', round(clock.rate, 2), np.nan, np.nan, 'Hz')]
+    parameters = [Parameter('plant.odometry.rate', round(clock.rate, 2), np.nan, np.nan, 'Hz')]
     if clock.jitter > 1e-3:
-        found.append(Parameter('plant.odometry.jitter', round(clock.jitter, 4), np.nan, np.nan, 's'))
+        parameters.append(Parameter('plant.odometry.jitter', round(clock.jitter, 4), np.nan, np.nan, 's'))
     if latency is not None:
-        found.append(Parameter('plant.odometry.latency', round(latency, 4), np.nan, np.nan, 's'))
-    return found
+        parameters.append(Parameter('plant.odometry.latency', round(latency, 4), np.nan, np.nan, 's'))
+    return parameters
 
 
 def _diagonal(first: Floats, second: Floats) -> Floats:
@@ -303,29 +303,31 @@ def _diagonal(first: Floats, second: Floats) -> Floats:
 def _inputs_beside(recordings: Sequence[Recorded]) -> list[tuple[str, Floats]]:
     """Return the commands at the times of the residuals."""
     rows = []
-    for one in recordings:
-        assert one.commands  # noqa: S101 (for mypy: checked by the caller)
-        assert one.motion  # noqa: S101 (for mypy, too)
-        at = np.searchsorted(one.commands.times, one.motion.times[1:], side='right') - 1
-        rows.append(one.commands.values[np.maximum(at, 0)][one.motion.usable])
+    for recording in recordings:
+        assert recording.commands  # noqa: S101 (for mypy: checked by the caller)
+        assert recording.motion  # noqa: S101 (for mypy, too)
+        at = np.searchsorted(recording.commands.times, recording.motion.times[1:], side='right') - 1
+        rows.append(recording.commands.values[np.maximum(at, 0)][recording.motion.usable])
     return [('the command', np.concatenate(rows))]
 
 
 def _predict(
-    recordings: Sequence[Recorded], fit: BaseFit, robot: Robot, given: Base, tell: Callable[[], object]
+    recordings: Sequence[Recorded], fit: BaseFit, robot: Robot, configured: Base, tell: Callable[[], object]
 ) -> list[Prediction]:
     """Predict each whole recording with the fit to its first part."""
     first = [cut(one, (1.0 - HELD_OUT) * float(np.ptp(one.motion.times))) for one in recordings if one.motion]
     start = dict(zip(fit.estimate.names, fit.estimate.values.tolist(), strict=True))
-    model = velocity_drive.base_model(first, start, fit.fixed, robot, given)
+    model = velocity_drive.base_model(first, start, fit.fixed, robot, configured)
     trained = estimate(model, [one.motion.moved[one.motion.usable] for one in first if one.motion], 1, tell)
     values = dict(zip(trained.names, trained.values.tolist(), strict=True)) | fit.fixed
     delays = [values.pop(name, 0.0) for name in velocity_drive.DELAYS]
     predictions = []
-    for one, part in zip(recordings, first, strict=True):
-        assert one.motion  # noqa: S101 (for mypy: checked by the caller)
+    for recording, part in zip(recordings, first, strict=True):
+        motion = recording.motion
+        assert motion  # noqa: S101 (for mypy: checked by the caller)
         assert part.motion  # noqa: S101 (for mypy, too)
-        moved = np.diff(velocity_drive.simulated(one, values, robot, given).at(one.motion.times, delays), axis=0)
-        predictions.append(prediction_of(one.name, one.motion.times, one.motion.moved, moved, one.motion.usable,
-                                         float(part.motion.times[-1])))
+        run = velocity_drive.simulated(recording, values, robot, configured)
+        predictions.append(prediction_of(
+            recording.name, motion.times, motion.moved, np.diff(run.at(motion.times, delays), axis=0), motion.usable,
+            float(part.motion.times[-1])))
     return predictions

@@ -15,7 +15,6 @@ from mobile_robot_control.control.laws import LAWS, prepare_compiled
 from mobile_robot_control.control.velocity_law import PI
 from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS
 from mobile_robot_control.jit import APART, JITABLE
-from mobile_robot_control.loop import trial
 from mobile_robot_control.loop.cross_track import converted
 from mobile_robot_control.loop.indices import MeasuredMotion
 from mobile_robot_control.loop.ticks import (
@@ -30,10 +29,13 @@ from mobile_robot_control.loop.trial import (
     CartMotion,
     Outcome,
     Trial,
+    bind,
     cart_motion,
     given_motion,
+    make_rollout,
     prepared_loop,
     references,
+    roll_trial,
     steps_of,
 )
 from mobile_robot_control.parameters.declaration import ParameterError
@@ -49,8 +51,7 @@ from mobile_robot_control.quantities import (
 from mobile_robot_control.system.process import leave_terminal
 from mobile_robot_control.system.texts import describe_error
 
-_BEGIN = 'Failed in nopython mode pipeline'
-"""First words of the report on each function; the innermost report comes last."""
+_BEGIN = 'Failed in nopython mode pipeline'  # of the report on each function, the innermost one last
 
 
 def reason_of(error: Exception) -> str:
@@ -71,8 +72,8 @@ def reason_of(error: Exception) -> str:
         return type(error).__name__
     # numba names a module with the path of its library
     reason = re.sub(r"(<module '[^']+').*?>", r'\1>', told[0])
-    found = next(filter(None, (re.search(r'^File "(.+)", line (\d+):$', line) for line in told)), None)
-    return f'{reason}, at {os.path.realpath(found[1])}, line {found[2]}' if found else reason
+    place = next(filter(None, (re.search(r'^File "(.+)", line (\d+):$', line) for line in told)), None)
+    return f'{reason}, at {os.path.realpath(place[1])}, line {place[2]}' if place else reason
 
 
 WHY_PLAIN = "numba is not installed; install the extra 'fast'"  # where nothing compiles
@@ -143,7 +144,7 @@ def compilable_rollout(steps: LawSteps, form: Form = IDEAL_FORM) -> Callable[...
     parts = rollout_parts(steps, form)
     _register(*JITABLE, *parts)
     *_, references_at, position_tick, velocity_tick = parts
-    return trial.bind(position_tick, velocity_tick, references_at, form)
+    return bind(position_tick, velocity_tick, references_at, form)
 
 
 @lru_cache(maxsize=32)
@@ -200,8 +201,8 @@ def plain_rollout(steps: LawSteps, form: Form = IDEAL_FORM) -> Callable[..., Out
     """Return the rollout of two laws in plain Python; it takes references unconverted."""
     ticks = form.horizon + 1
     if form.indices:
-        return trial.make_rollout(steps, lambda given, n: given.references[n:n + ticks], form)
-    return trial.make_rollout(steps, lambda references, n: references[n:n + ticks], form)
+        return make_rollout(steps, lambda motion, n: motion.references[n:n + ticks], form)
+    return make_rollout(steps, lambda references, n: references[n:n + ticks], form)
 
 
 def of_laws(steps: LawSteps) -> tuple[Callable[..., Any], ...]:
@@ -226,19 +227,19 @@ def laws_in_words(one: Trial) -> str:
     return f"the law '{one.law}' with the velocity law '{one.velocity_law}' runs"
 
 
-def compiles(one: Trial, attempt: Callable[[Trial], None] = _try_rollout) -> bool:
+def compiles(trial: Trial, attempt: Callable[[Trial], None] = _try_rollout) -> bool:
     """Return whether the law of a trial compiles, by an attempt; if it does not, print the reason once."""
-    steps = steps_of(one)
+    steps = steps_of(trial)
     if not COMPILES or steps in _uncompilable:
         return False
-    compile_prepare(one.law)
-    if not _can_prepare(one):  # the trial itself reports this fault of the gains
+    compile_prepare(trial.law)
+    if not _can_prepare(trial):  # the trial itself reports this fault of the gains
         return False
     try:
-        attempt(one)
+        attempt(trial)
     except Exception as error:  # numba raises its own errors, and others from its own faults
         _uncompilable[steps] = reason_of(error)
-        print(f'{laws_in_words(one)} plain, some hundred times slower: numba cannot compile it '
+        print(f'{laws_in_words(trial)} plain, some hundred times slower: numba cannot compile it '
               f'({_uncompilable[steps]})', file=sys.stderr)
         return False
     return True
@@ -256,9 +257,9 @@ def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> lis
     """Run trials on one core; with numba if `compile_them`, or if that is None and the law compiles."""
     chosen = {form: _rollout_of(first, compile_them) for form, first in _first_of(trials).items()}
     outcomes = []
-    for one in trials:
-        roll, given_of = chosen[one.law, one.velocity_law, one.form]
-        outcomes.append(trial.roll_trial(one, roll, given_of(cart_motion(one), one.form.indices)))
+    for trial in trials:
+        roll, given_of = chosen[trial.law, trial.velocity_law, trial.form]
+        outcomes.append(roll_trial(trial, roll, given_of(cart_motion(trial), trial.form.indices)))
     return outcomes
 
 
@@ -282,27 +283,27 @@ def run_pickled(function: Callable[[Any], Any], chunk: bytes) -> Any:
     return function(pickle.loads(chunk))  # noqa: S301 (from our own pool or client)
 
 
-def _rollout_of(one: Trial, compile_it: bool | None) -> tuple[Callable[..., Outcome], Callable[..., Any]]:
+def _rollout_of(trial: Trial, compile_it: bool | None) -> tuple[Callable[..., Outcome], Callable[..., Any]]:
     """Return the rollout of a trial's law, and the function that converts a motion to its input."""
-    steps = steps_of(one)
-    if compiles(one) if compile_it is None else compile_it:
-        return compiled_rollout(steps, one.form), arrays
-    return plain_rollout(steps, one.form), given_motion
+    steps = steps_of(trial)
+    if compiles(trial) if compile_it is None else compile_it:
+        return compiled_rollout(steps, trial.form), arrays
+    return plain_rollout(steps, trial.form), given_motion
 
 
 def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, str, Form], Trial]:
     """Return the first trial of each pair of laws and form, preferably with gains that can be prepared."""
     first: dict[tuple[str, str, Form], Trial] = {}
-    for one in trials:
-        kind = one.law, one.velocity_law, one.form
+    for trial in trials:
+        kind = trial.law, trial.velocity_law, trial.form
         if kind not in first or not _can_prepare(first[kind]):
-            first[kind] = one
+            first[kind] = trial
     return first
 
 
-def _can_prepare(one: Trial) -> bool:
+def _can_prepare(trial: Trial) -> bool:
     try:
-        prepared_loop(one)
+        prepared_loop(trial)
     except ParameterError:
         return False
     return True
@@ -369,8 +370,8 @@ class Pool:
             return run_trials(trials)
         size = -(-len(trials) // (CHUNKS_A_WORKER * self._workers))
         chunks = [trials[first:first + size] for first in range(0, len(trials), size)]
-        found = self.each(run_trials, chunks, trials[0].law, lambda: all(map(compiles, _first_of(trials).values())))
-        return [outcome for part in found for outcome in part]
+        parts = self.each(run_trials, chunks, trials[0].law, lambda: all(map(compiles, _first_of(trials).values())))
+        return [outcome for part in parts for outcome in part]
 
     def each(
         self, function: Callable[[Any], Any], chunks: Sequence[Any], law: str, compiled: Callable[[], bool]

@@ -110,12 +110,12 @@ def _why_not(place: Path) -> str:
     try:
         with suppress(FileExistsError):
             place.mkdir(mode=0o700, parents=True)
-        found = place.lstat()
+        status = place.lstat()
     except OSError as error:
         return f'cannot be made ({error.strerror})'
-    mode = stat.S_IMODE(found.st_mode) & 0o777
-    return ('is a link' if stat.S_ISLNK(found.st_mode) else 'is no folder' if not stat.S_ISDIR(found.st_mode) else
-            f'belongs to user {found.st_uid}' if found.st_uid != os.geteuid() else
+    mode = stat.S_IMODE(status.st_mode) & 0o777
+    return ('is a link' if stat.S_ISLNK(status.st_mode) else 'is no folder' if not stat.S_ISDIR(status.st_mode) else
+            f'belongs to user {status.st_uid}' if status.st_uid != os.geteuid() else
             f'has the mode {mode:04o} in place of 0700' if mode != 0o700 else '')
 
 

@@ -33,6 +33,7 @@ from mobile_robot_control.loop.trial import (
     given_motion,
     prepared_loop,
     roll_trial,
+    steps_of,
 )
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.trees import flat, reader, shape_of
@@ -66,15 +67,16 @@ class _Rows(NamedTuple):
 
 def _key(trial: Trial, tree: Any) -> tuple[Any, ...]:
     """Return what trials of one launch have in common."""
-    return trial.law, trial.form, shape_of(tree), cart_motion(trial), trial.steps, trial.ratio, trial.late
+    return (trial.law, steps_of(trial), trial.form, shape_of(tree), cart_motion(trial), trial.steps, trial.ratio,
+            trial.late)
 
 
 def _rows_of(number: int, trials: Sequence[Trial]) -> Iterator[tuple[Any, _Rows]]:
     """Yield trials by what they share; without those whose gains cannot be prepared, which the CPU tells."""
-    for place, one in enumerate(trials):
+    for place, trial in enumerate(trials):
         with suppress(ParameterError):
-            tree = one.state, prepared_loop(one)
-            yield _key(one, tree), _Rows(number, (place,), np.array([flat(tree)]))
+            tree = trial.state, prepared_loop(trial)
+            yield _key(trial, tree), _Rows(number, (place,), np.array([flat(tree)]))
 
 
 def _varied_rows(number: int, trials: VariedTrials) -> Iterator[tuple[Any, _Rows]]:
@@ -90,11 +92,11 @@ def _varied_rows(number: int, trials: VariedTrials) -> Iterator[tuple[Any, _Rows
     for alike in several.values():
         first, numbers = alike[0][0], np.array([numbers for _, numbers in alike])
         for place in range(size):
-            one: Trial = trials[first * size + place]
-            tree = one.state, prepared_loop(one)
+            trial: Trial = trials[first * size + place]
+            tree = trial.state, prepared_loop(trial)
             rows = np.tile(np.array(flat(tree)), (len(alike), 1))
             rows[:, _places_of_gains(*tree)] = numbers
-            yield _key(one, tree), _Rows(number, [n * size + place for n, _ in alike], rows)
+            yield _key(trial, tree), _Rows(number, [n * size + place for n, _ in alike], rows)
 
 
 def _places_of_gains(state: LoopState, loop: Loop) -> NDArray[np.int64]:
@@ -127,31 +129,31 @@ class Cuda:
 
     def together(self, several: Sequence[Sequence[Trial]]) -> list[list[Outcome]]:
         """Run several sequences of trials; those with one motion and form share launches."""
-        found: list[list[Any]] = [[None] * len(trials) for trials in several]
+        outcomes_by_trial: list[list[Any]] = [[None] * len(trials) for trials in several]
         alike: dict[Any, list[_Rows]] = {}
         for number, trials in enumerate(several):
             for key, part in (_varied_rows(number, trials) if isinstance(trials, VariedTrials) else
                               _rows_of(number, trials)):
                 alike.setdefault(key, []).append(part)
         launched = []
-        for (law, form, shape, motion, steps, ratio, late), parts in alike.items():
-            kernel = trial_kernel(_step(law), form, shape)
+        for (law, laws, form, shape, motion, steps, ratio, late), parts in alike.items():
+            kernel = trial_kernel(laws, form, shape)
             chunks = self._launched(
                 law, kernel, np.concatenate([part.rows for part in parts]), (),
                 (*motion_arrays(motion, form), steps, ratio, late), len(flat(outcome_like(form))))
             launched.append((chunks, kernel, form, steps, parts))
         for chunks, kernel, form, steps, parts in launched:
-            outcome_of, made = reader(shape_of(outcome_like(form))), iter(chunks().tolist())
+            outcome_of, outcome_rows = reader(shape_of(outcome_like(form))), iter(chunks().tolist())
             for part in parts:
                 for place in part.places:
-                    row = next(made)
+                    row = next(outcome_rows)
                     if not math.isnan(row[0]):
-                        found[part.number][place] = outcome_of(row)
+                        outcomes_by_trial[part.number][place] = outcome_of(row)
                         if kernel not in self._compared and row[0] == steps:
-                            one = several[part.number][place]
-                            self._compare(one.law, kernel, row, flat(_on_cpu(one)))
+                            trial = several[part.number][place]
+                            self._compare(trial.law, kernel, row, flat(_on_cpu(trial)))
         return [[_on_cpu(one) if outcome is None else outcome for one, outcome in zip(trials, outcomes, strict=True)]
-                for trials, outcomes in zip(several, found, strict=True)]
+                for trials, outcomes in zip(several, outcomes_by_trial, strict=True)]
 
     def each(
         self, function: Callable[[Any], Any], chunks: Sequence[Any], _law: str,
@@ -167,7 +169,7 @@ class Cuda:
         trial, plant = runs.scene.trial, np.array(flat(runs.scene.values))
         tree = trial.state, prepared_loop(trial)
         varied, _ = drawn_parts(runs.scene)
-        kernel = draw_kernel(_step(trial.law), trial.form, (shape_of(tree), shape_of(runs.scene.values)), varied,
+        kernel = draw_kernel(steps_of(trial), trial.form, (shape_of(tree), shape_of(runs.scene.values)), varied,
                              len(plant))
         width = len(make_judge(trial.form)(outcome_like(trial.form), 0, 0.0))
         rows = self._launched(trial.law, kernel, runs.rows, (np.array(flat(tree)), plant, runs.places), (
@@ -177,14 +179,14 @@ class Cuda:
             return runs._replace(rows=runs.rows[n:n + 1])
 
         def drawn() -> Floats:
-            found = rows()
-            complete = np.flatnonzero(found[:, 1] == 0.0)
-            for n in np.flatnonzero(np.isnan(found[:, 0])):
+            judged = rows()
+            complete = np.flatnonzero(judged[:, 1] == 0.0)
+            for n in np.flatnonzero(np.isnan(judged[:, 0])):
                 # the law raised, which a GPU does not tell
-                found[n] = run_draws(one(n))[0]
+                judged[n] = run_draws(one(n))[0]
             if kernel not in self._compared and len(complete):
-                self._compare(trial.law, kernel, found[complete[0]], run_draws(one(complete[0]), False)[0])
-            return found
+                self._compare(trial.law, kernel, judged[complete[0]], run_draws(one(complete[0]), False)[0])
+            return judged
 
         return drawn
 
@@ -192,25 +194,25 @@ class Cuda:
         self, law: str, kernel: Any, rows: Floats, before: tuple[Any, ...], after: tuple[Any, ...], width: int
     ) -> Callable[[], Floats]:
         """Launch a kernel over rows, and return what waits for its own; rows that it did not write are nan."""
-        found, stream = np.full((len(rows), width), np.nan), cuda.stream()
+        results, stream = np.full((len(rows), width), np.nan), cuda.stream()
 
         def sent(array: Any) -> Any:
             return cuda.to_device(array, stream=stream) if isinstance(array, np.ndarray) else array
 
-        given, then = [*map(sent, before)], [*map(sent, after)]
+        sent_before, sent_after = [*map(sent, before)], [*map(sent, after)]
 
         def launch(first: int) -> tuple[int, Any]:
-            part, made = sent(rows[first:first + CHUNK]), sent(found[first:first + CHUNK])
+            part, results_there = sent(rows[first:first + CHUNK]), sent(results[first:first + CHUNK])
             with uncontracted():
                 if not SIMULATED and kernel not in self._checked:
-                    check_kernel(law, kernel, (*given, part, *then, made))
+                    check_kernel(law, kernel, (*sent_before, part, *sent_after, results_there))
                     self._checked.add(kernel)
-                kernel[-(-len(part) // BLOCK), BLOCK, stream](*given, part, *then, made)
-            return first, made
+                kernel[-(-len(part) // BLOCK), BLOCK, stream](*sent_before, part, *sent_after, results_there)
+            return first, results_there
 
         def waited(chunk: tuple[int, Any]) -> None:
-            first, made = chunk
-            found[first:first + CHUNK] = made.copy_to_host(stream=stream)
+            first, results_there = chunk
+            results[first:first + CHUNK] = results_there.copy_to_host(stream=stream)
             stream.synchronize()
 
         last = launch(0)
@@ -219,13 +221,13 @@ class Cuda:
             waited(last)
             for first in range(CHUNK, len(rows), CHUNK):
                 waited(launch(first))
-            return found
+            return results
 
         return chunks
 
-    def _compare(self, law: str, kernel: Any, found: Any, on_cpu: Any) -> None:
+    def _compare(self, law: str, kernel: Any, on_gpu: Any, on_cpu: Any) -> None:
         """Raise ParameterError if the first complete run of a kernel differs from that of plain Python."""
-        if not np.array_equal(found, on_cpu, equal_nan=True):
+        if not np.array_equal(on_gpu, on_cpu, equal_nan=True):
             raise ParameterError([f"--device cuda: last bits of the law '{law}' on this GPU differ from the CPU's; "
                                   'leave --device out'])
         self._compared.add(kernel)
@@ -236,9 +238,5 @@ class Cuda:
 
 def _on_cpu(trial: Trial) -> Outcome:
     """Run a trial in plain Python, which tells why its law raises."""
-    return roll_trial(trial, batch.plain_rollout(_step(trial.law), trial.form),
+    return roll_trial(trial, batch.plain_rollout(steps_of(trial), trial.form),
                       given_motion(cart_motion(trial), trial.form.indices))
-
-
-def _step(law: str) -> Callable[..., Any]:
-    return LAWS[law].step

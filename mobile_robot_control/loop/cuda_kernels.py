@@ -127,10 +127,10 @@ def _motion_of(form: Form) -> Callable[..., Any]:
 
 def motion_arrays(motion: CartMotion, form: Form) -> tuple[Any, ...]:
     """Return references and path of a motion; an empty path without indices."""
-    given = batch.arrays(motion, form.indices)
+    inputs = batch.arrays(motion, form.indices)
     if form.indices:
-        return given.references, *given.path
-    return given, *[np.zeros(0)] * 4, 0, 0.0, 0.0
+        return inputs.references, *inputs.path
+    return inputs, *[np.zeros(0)] * 4, 0, 0.0, 0.0
 
 
 def make_trial_kernel(steps: LawSteps, form: Form, shape: Shape) -> Callable[..., None]:
@@ -140,13 +140,13 @@ def make_trial_kernel(steps: LawSteps, form: Form, shape: Shape) -> Callable[...
 
     def kernel(
         rows: Any, references: Any, x: Any, y: Any, dx: Any, dy: Any, first: int, between: float, speed: float,
-        steps: int, ratio: int, late: int, found: Any,
+        steps: int, ratio: int, late: int, outcomes: Any,
     ) -> None:
         n = cuda.grid(1)
         if n < rows.shape[0]:
             state, loop = tree(rows[n])
             motion = motion_of(references, x, y, dx, dy, first, between, speed)
-            write(found[n], roll(state, loop, motion, steps, ratio, late))
+            write(outcomes[n], roll(state, loop, motion, steps, ratio, late))
 
     _register(motion_of)
     return kernel
@@ -163,7 +163,7 @@ def make_draw_kernel(
 
     def kernel(
         scene: Any, plant: Any, places: Any, rows: Any, references: Any, x: Any, y: Any, dx: Any, dy: Any, first: int,
-        between: float, speed: float, steps: int, ratio: int, late: int, within: float, found: Any,
+        between: float, speed: float, steps: int, ratio: int, late: int, within: float, judgements: Any,
     ) -> None:
         n = cuda.grid(1)
         if n < rows.shape[0]:
@@ -174,7 +174,7 @@ def make_draw_kernel(
             state, loop = tree(scene)
             begun, constants = varied(state, loop, values_of(own), draw)
             motion = motion_of(references, x, y, dx, dy, first, between, speed)
-            write(found[n], judged(roll(begun, constants, motion, steps, ratio, late), steps, within))
+            write(judgements[n], judged(roll(begun, constants, motion, steps, ratio, late), steps, within))
 
     _register(motion_of)
     return kernel

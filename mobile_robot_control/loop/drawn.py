@@ -76,17 +76,17 @@ def make_runs(
     """Make the loop over rows of draws, which writes a row of each judged run; plain, or to be compiled."""
 
     def runs(
-        state: Any, loop: Any, plant: Any, places: Any, rows: Any, given: Any, steps: int, ratio: int, late: int,
-        within: float, found: Any, at: Any,
+        state: Any, loop: Any, plant: Any, places: Any, rows: Any, motion: Any, steps: int, ratio: int, late: int,
+        within: float, judgements: Any, at: Any,
     ) -> None:
         for n in range(at[0], len(rows)):
             # where a law that raises is found
             at[0] = n
             draw = draw_of(rows[n], places, plant)
             begun, constants = varied(state, loop, values_of(plant), draw)
-            outcome = judged(roll(begun, constants, given, steps, ratio, late), steps, within)
+            outcome = judged(roll(begun, constants, motion, steps, ratio, late), steps, within)
             for k in range(len(outcome)):
-                found[n][k] = outcome[k]
+                judgements[n][k] = outcome[k]
 
     return runs
 
@@ -108,10 +108,10 @@ def drawn_parts(scene: Scene) -> tuple[Callable[..., Any], Callable[..., Any]]:
 def compiles(scene: Scene) -> bool:
     """Return whether the runs of a scene compile; if they do not, print the reason once."""
     def attempt(trial: Trial) -> None:
-        given = batch.arrays(cart_motion(trial._replace(steps=0)), trial.form.indices)
+        motion = batch.arrays(cart_motion(trial._replace(steps=0)), trial.form.indices)
         _compiled_runs(steps_of(trial), trial.form, *drawn_parts(scene))(
             trial.state, prepared_loop(trial), np.array(flat(scene.values)), np.zeros(0, np.int64),
-            np.zeros((0, _OWN)), given, 0, trial.ratio, 0, 0.0, np.zeros((0, 0)), np.zeros(1, np.int64))
+            np.zeros((0, _OWN)), motion, 0, trial.ratio, 0, 0.0, np.zeros((0, 0)), np.zeros(1, np.int64))
 
     return batch.compiles(scene.trial, attempt)
 
@@ -129,19 +129,19 @@ def run_draws(runs: DrawnRuns, compile_them: bool | None = None) -> Floats:
     plant: Any = flat(runs.scene.values)
     rows: Any = runs.rows
     places: Any = runs.places
-    found: Any = np.full((len(rows), len(failed)), failed)
+    judgements: Any = np.full((len(rows), len(failed)), failed)
     if compiles(runs.scene) if compile_them is None else compile_them:
         loop, plant = _compiled_runs(steps, trial.form, *drawn_parts(runs.scene)), np.array(plant)
         given_of: Callable[..., Any] = batch.arrays
     else:
         loop = make_runs(batch.plain_rollout(steps, trial.form), runs.scene.varied, judged, drawn_parts(runs.scene)[1])
-        rows, places, found, given_of = rows.tolist(), places.tolist(), found.tolist(), given_motion
+        rows, places, judgements, given_of = rows.tolist(), places.tolist(), judgements.tolist(), given_motion
     at = np.zeros(1, np.int64)
 
     def rest_of_runs() -> None:
         loop(trial.state, prepared_loop(trial), plant, places, rows,
              given_of(cart_motion(trial), trial.form.indices), trial.steps, trial.ratio, trial.late, runs.within,
-             found, at)
+             judgements, at)
 
     while at[0] < len(rows):
         try:
@@ -149,7 +149,7 @@ def run_draws(runs: DrawnRuns, compile_them: bool | None = None) -> Floats:
         except BaseException as error:  # a law can raise anything
             report_failure(trial.law, law_failure(rest_of_runs, error))
         at[0] += 1
-    return np.array(found)
+    return np.array(judgements)
 
 
 _SET_BY_SCENARIO = ('plant.noise.', 'plant.delay.')
@@ -230,9 +230,9 @@ def judged_rows(run: TrialRunner, drawing: Drawing, scenarios: Scenarios) -> Flo
     parts = [(chosen[first:first + size], runs._replace(rows=runs.rows[first:first + size]))
              for chosen, runs in drawing.runs(scenarios) for first in range(0, len(chosen), size)]
     scenes = {id(runs.scene): runs.scene for _, runs in parts}.values()
-    found = run.each(run_draws, [runs for _, runs in parts], parts[0][1].scene.trial.law,
-                     lambda: all(map(compiles, scenes)))
-    rows = np.empty((len(scenarios), found[0].shape[1]))
-    for (chosen, _), part in zip(parts, found, strict=True):
+    judgements = run.each(run_draws, [runs for _, runs in parts], parts[0][1].scene.trial.law,
+                          lambda: all(map(compiles, scenes)))
+    rows = np.empty((len(scenarios), judgements[0].shape[1]))
+    for (chosen, _), part in zip(parts, judgements, strict=True):
         rows[chosen] = part
     return rows

@@ -330,18 +330,18 @@ def index_row(
     settles : bool
         Whether the end of the run lets its error settle.
     """
-    known = 1.0 if totals.time > 0.0 else math.nan
+    has_time = 1.0 if totals.time > 0.0 else math.nan
     # a maximum does not show that one of the numbers is nan
-    on_path = known * (math.nan if math.isnan(indices.squared_cross_track) else 1.0)
+    on_path = has_time * (math.nan if math.isnan(indices.squared_cross_track) else 1.0)
     return (
-        known * indices.absolute,
-        known * totals.squared_position,
-        known * indices.timed_absolute,
-        known * indices.timed_squared,
-        on_path * math.sqrt(indices.squared_cross_track / (known * totals.time)),
+        has_time * indices.absolute,
+        has_time * totals.squared_position,
+        has_time * indices.timed_absolute,
+        has_time * indices.timed_squared,
+        on_path * math.sqrt(indices.squared_cross_track / (has_time * totals.time)),
         on_path * indices.max_cross_track,
-        known * (indices.settled if settles else math.inf),
-        indices.inside / (known * indices.ticks),
+        has_time * (indices.settled if settles else math.inf),
+        indices.inside / (has_time * indices.ticks),
         indices.torque.total if takes_torque else math.nan,
         indices.command.total,
     )

@@ -209,13 +209,13 @@ def summarise_runs(judged: Sequence[Judged]) -> dict[str, Any]:
 
 def _quantiles(values: Floats, larger_is_better: bool) -> dict[str, float | None]:
     """Return median, 95 % quantile and worst of some values; None for infinite or unknown ones."""
-    known = not np.isnan(values).any()
+    is_known = not np.isnan(values).any()
     # an infinite one is the worst, whichever way is better
     ordered = np.sort(np.where(values < math.inf, -values, values) if larger_is_better else values)
 
     def at(fraction: float) -> float | None:
         value = float(ordered[math.ceil(fraction * len(ordered)) - 1])
-        return (-value if larger_is_better else value) if known and math.isfinite(value) else None
+        return (-value if larger_is_better else value) if is_known and math.isfinite(value) else None
 
     return {'median': at(0.5), '95_percent': at(0.95), 'worst': at(1.0)}
 

@@ -31,13 +31,13 @@ COULOMB = 'plant.friction.coulomb'
 """Among the values of a scenario's robot."""
 
 
-def check_run_length(asked: str, seconds: float, velocity_rate: float, most: float) -> None:
+def check_run_length(option: str, seconds: float, velocity_rate: float, most: float) -> None:
     """
     Check the length of a run before it begins.
 
     Parameters
     ----------
-    asked : str
+    option : str
         The option with its value, for the message.
     seconds : float
         Simulated time [s].
@@ -59,10 +59,10 @@ def check_run_length(asked: str, seconds: float, velocity_rate: float, most: flo
     steps = seconds * velocity_rate
     at = f'at velocity_rate = {velocity_rate:g} Hz'
     if steps > most:
-        raise ParameterError([f'{asked}: {steps:.3g} steps {at} would take too long; '
+        raise ParameterError([f'{option}: {steps:.3g} steps {at} would take too long; '
                               f'ask for at most {most:g} steps, {most / velocity_rate:g} s'])
     if round(steps) < 1:
-        raise ParameterError([f'{asked}: {seconds:g} s is too short for a step {at}; '
+        raise ParameterError([f'{option}: {seconds:g} s is too short for a step {at}; '
                               f'ask for at least {1.0 / velocity_rate:g} s'])
 
 
@@ -113,10 +113,10 @@ def with_robot(configuration: Configuration, values: Sequence[tuple[str, float]]
     plant = configuration.plant
     groups = {'/**.robot.': flatten(plant.shared.robot), 'plant.': flatten(plant.model)}
     for name, value in values:
-        group, given = next((group, given) for group, given in groups.items() if name.startswith(group))
+        group, fields = next((group, given) for group, given in groups.items() if name.startswith(group))
         short, _, index = name.removeprefix(group).partition('[')
-        given[short] = value if not index else tuple(
-            value if f'{n}]' == index else one for n, one in enumerate(given[short]))
+        fields[short] = value if not index else tuple(
+            value if f'{n}]' == index else one for n, one in enumerate(fields[short]))
     robot, model = build(Robot, groups['/**.robot.']), build(PlantModel, groups['plant.'])
     return configuration._replace(plant=plant._replace(model=model, shared=plant.shared._replace(robot=robot)))
 
@@ -275,12 +275,12 @@ def scenario_configuration(configuration: Configuration, scenario: Scenario) -> 
                              (values.robot, model.friction, values.base))
     shared = shared._replace(robot=robot)
     changed = {node: part._replace(shared=shared) for node, part in varied._asdict().items()}
-    found = Configuration(**changed)
-    found = found._replace(
-        reference_cart=found.reference_cart._replace(curve=curve),
-        plant=found.plant._replace(model=model._replace(friction=friction, base=base)))
+    scene = Configuration(**changed)
+    scene = scene._replace(
+        reference_cart=scene.reference_cart._replace(curve=curve),
+        plant=scene.plant._replace(model=model._replace(friction=friction, base=base)))
     if scenario.start is None:
-        return found
+        return scene
     course = make_course(scenario.curve, placement, path_of(cart) if scenario.curve == PATH else ())
     start = map(operator.add, course.reference(0.0).pose, scenario.start)
-    return found._replace(plant=found.plant._replace(initial_pose=tuple(start)))
+    return scene._replace(plant=scene.plant._replace(initial_pose=tuple(start)))

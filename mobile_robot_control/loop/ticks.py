@@ -1,6 +1,7 @@
 """One period of the slow and of the fast loop: the same functions in the same order as over DDS; and the start."""
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.compensation import lead
@@ -183,6 +184,7 @@ def make_velocity_tick(
     return torque_tick
 
 
+@lru_cache(maxsize=64)
 def make_velocity_answer(law: VelocityForm, form: Form) -> Callable[..., tuple[Any, WheelTorque]]:
     """
     Make the velocity law's part of the fast loop, between measurement and torque.
@@ -195,9 +197,9 @@ def make_velocity_answer(law: VelocityForm, form: Form) -> Callable[..., tuple[A
     def answer(state: LoopState, k: int, loop: Loop) -> tuple[Any, WheelTorque]:
         robot, sent, constants = state.robot, state.sent, loop.robot
         wheels = measured_wheels(robot.sensors, robot.motion, k, constants.sensors)
-        asked = Asked(sent.command, sent.acceleration, (k - sent.since) * constants.plant.dt)
+        request = Asked(sent.command, sent.acceleration, (k - sent.since) * constants.plant.dt)
         return velocity_step(
-            state.velocity, asked, body_velocity(wheels, loop.velocity.nominal), loop.velocity, constants.plant.dt)
+            state.velocity, request, body_velocity(wheels, loop.velocity.nominal), loop.velocity, constants.plant.dt)
 
     return answer
 

@@ -7,9 +7,9 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.compensation import Lead
-from mobile_robot_control.control.law import LawStep, is_sound, law_failure
+from mobile_robot_control.control.law import is_sound, law_failure
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
-from mobile_robot_control.control.velocity_law import PI
+from mobile_robot_control.control.velocity_law import PI, is_finite
 from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS
 from mobile_robot_control.loop.closed_loop import Loop, LoopState, with_law
 from mobile_robot_control.loop.cross_track import GrowingPath
@@ -161,7 +161,7 @@ class Outcome(NamedTuple):
     totals, late : Totals
         Of the whole run, and of the errors from the late step on. Errors are true ones, whatever the noise.
     law_failed : bool
-        Whether it ended because the position law failed.
+        Whether it ended because a law failed.
     variation : float
         Of torque [N m] or command [m/s], if the form sums it.
     indices : PerformanceIndices or tuple
@@ -229,7 +229,7 @@ def bind(
     index_tick, index_step = (add_true_tick, add_step) if form.indices else (no_tick, no_step)
     vary = variation_step(form.varies, form.plant.takes_velocity)
 
-    def roll(state: LoopState, loop: Loop, given: Any, steps: int, ratio: int, late: int) -> Outcome:
+    def roll(state: LoopState, loop: Loop, motion: Any, steps: int, ratio: int, late: int) -> Outcome:
         robot, dt = loop.robot.plant.robot, loop.robot.plant.dt
         totals, late_totals, variation = _NOTHING, _NOTHING, _UNVARIED
         indices: Any = begun
@@ -238,15 +238,16 @@ def bind(
         for n in range(-(-steps // ratio)):
             first = n * ratio
             pose = state.robot.motion.pose
-            state, _, error = position_tick(state, references_at(given, n), first, first * dt, loop)
+            state, _, error = position_tick(state, references_at(motion, n), first, first * dt, loop)
             if not is_sound(state.sent.command):
                 return Outcome(first, pose, initial, totals, late_totals, True, variation.total, indices)
             for k in range(first, min(first + ratio, steps)):
                 wheels = wheel_velocity(state.robot.motion.velocity, robot)
-                state, _, applied = velocity_tick(state, k, loop)
+                state, asked, applied = velocity_tick(state, k, loop)
                 # the period in which the motion diverges is not counted
                 if dynamics.diverged(state.robot.motion, initial_pose):
-                    return Outcome(k, pose, initial, totals, late_totals, False, variation.total, indices)
+                    failed = has_torque and not is_finite(asked)
+                    return Outcome(k, pose, initial, totals, late_totals, failed, variation.total, indices)
                 if k == 0:
                     initial = applied
                 variation = vary(variation, state.sent.command, applied, robot)
@@ -255,7 +256,7 @@ def bind(
                     totals = add_torque(totals, applied, wheels, dt)
                 if k == first:
                     totals = add_error(totals, error, loop.position_dt)
-                    indices = index_tick(indices, error, pose, n, given, loop.position_dt)
+                    indices = index_tick(indices, error, pose, n, motion, loop.position_dt)
                     if k >= late:
                         late_totals = add_error(late_totals, error, loop.position_dt)
         if steps % ratio == 0:
@@ -283,10 +284,10 @@ def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
     )
 
 
-def roll_trial(trial: Trial, roll: Callable[..., Outcome], given: Any) -> Outcome:
+def roll_trial(trial: Trial, roll: Callable[..., Outcome], motion: Any) -> Outcome:
     """Run one trial with a rollout of its law and its references; a law that raises leaves no measurements."""
     def rolled() -> Outcome:
-        return roll(trial.state, prepared_loop(trial), given, trial.steps, trial.ratio, trial.late)
+        return roll(trial.state, prepared_loop(trial), motion, trial.steps, trial.ratio, trial.late)
 
     try:
         return rolled()

@@ -67,9 +67,9 @@ class Cluster:
         _compiled: Callable[[], bool] | None = None,
     ) -> list[Any]:
         """Return a function of each of some chunks, compiled where the law compiles on their worker."""
-        given = [batch.pickled(one, law) for one in chunks]
+        packed = [batch.pickled(one, law) for one in chunks]
         # not pure: equal trials run again, as on one machine; retries: a worker may die more than once
-        futures = self._client.map(partial(_run_with, plugin_sources(), function), given, pure=False, retries=10)
+        futures = self._client.map(partial(_run_with, plugin_sources(), function), packed, pure=False, retries=10)
         self._wait(futures)
         return list(self._client.gather(futures))
 
@@ -120,8 +120,8 @@ def _runner(workers: Workers) -> TrialRunner:
 @contextmanager
 def runner(workers: Workers) -> Iterator[TrialRunner]:
     """Yield a runner of trials, and close it at the end."""
-    made = _runner(workers)
+    pool = _runner(workers)
     try:
-        yield made
+        yield pool
     finally:
-        made.close()
+        pool.close()

@@ -104,8 +104,8 @@ class BagFiles:
     def _compression(self) -> str:
         """Return the compression mode in metadata.yaml, such as 'message'; 'none' if the file is missing or broken."""
         try:
-            text = read_bounded(self._path / 'metadata.yaml', METADATA).decode()
-            return str(yaml.safe_load(text)['rosbag2_bagfile_information']['compression_mode']).lower()
+            metadata = read_bounded(self._path / 'metadata.yaml', METADATA).decode()
+            return str(yaml.safe_load(metadata)['rosbag2_bagfile_information']['compression_mode']).lower()
         except (OSError, ValueError, TypeError, KeyError, RecursionError, yaml.YAMLError):
             return 'none'
 
@@ -208,21 +208,21 @@ def read_loop_messages(path: Path, namespace: str, topics: Collection[str]) -> L
 
     """
     prefix = namespace.rstrip('/') + '/'
-    found = {prefix + topic: TopicCourse(array('q'), array('Q')) for topic in topics}
+    courses = {prefix + topic: TopicCourse(array('q'), array('Q')) for topic in topics}
     changes = []
     bag = BagFiles(path, lambda *_: None)
-    for message in bag.messages({*found, prefix + EVENTS}.__contains__):
+    for message in bag.messages({*courses, prefix + EVENTS}.__contains__):
         if message.topic == prefix + EVENTS:
             changes.append(read_change(message))
         else:
-            _add(found[message.topic], message.data)
+            _add(courses[message.topic], message.data)
     if bag.problems:
         raise BagError(f'{path}: {"; ".join(bag.problems)}; only a complete bag can be replayed')
-    silent = [topic for topic, course in found.items() if not course.stamps]
+    silent = [topic for topic, course in courses.items() if not course.stamps]
     if silent:
         raise BagError(f'{path}: has no messages on {", ".join(silent)}; it is not the bag of a run with these '
                        'parameters in this --namespace')
-    return LoopMessages({topic.removeprefix(prefix): course for topic, course in found.items()}, changes)
+    return LoopMessages({topic.removeprefix(prefix): course for topic, course in courses.items()}, changes)
 
 
 def _add(course: TopicCourse, data: bytes) -> None:
@@ -237,15 +237,15 @@ def _add(course: TopicCourse, data: bytes) -> None:
 
 def first_difference(recorded: Mapping[str, TopicCourse], replayed: Mapping[str, TopicCourse]) -> str:
     """Describe the first difference of a replay from the recording; '' if they are equal to the last bit."""
-    found = []
+    differences = []
     for topic, course in recorded.items():
         other, run = replayed[topic], 0
         for n, stamp in enumerate(course.stamps):
             run += n > 0 and stamp == 0
             if n == len(other.stamps) or (stamp, course.checksums[n]) != (other.stamps[n], other.checksums[n]):
-                found.append((run, stamp, topic, 'ends before' if n == len(other.stamps) else 'differs at'))
+                differences.append((run, stamp, topic, 'ends before' if n == len(other.stamps) else 'differs at'))
                 break
-    if not found:
+    if not differences:
         return ''
-    run, stamp, topic, what = min(found)
+    run, stamp, topic, what = min(differences)
     return f'{topic} {what} t = {stamp / 1e9:g} s of run {run}'

@@ -91,11 +91,11 @@ def _text(order: _Order, data: bytes, at: int) -> tuple[str, int]:
 def _texts(order: _Order, data: bytes, at: int) -> tuple[list[str], int]:
     """Read a sequence of strings; return it and the position after it."""
     count, at = _count(order, data, at)
-    found = []
+    texts = []
     for _ in range(count):
-        text, at = _text(order, data, at)
-        found.append(text)
-    return found, at
+        entry, at = _text(order, data, at)
+        texts.append(entry)
+    return texts, at
 
 
 def _header(order: _Order, data: bytes) -> tuple[Header, int]:
@@ -227,11 +227,11 @@ def _transform_stamped(order: _Order, data: bytes) -> TransformStamped:
 
 def _transforms(order: _Order, data: bytes) -> list[TransformStamped]:
     count, at = _count(order, data, START)
-    found = []
+    transforms = []
     for _ in range(count):
-        one, at = _transform_at(order, data, at)
-        found.append(one)
-    return found
+        transform, at = _transform_at(order, data, at)
+        transforms.append(transform)
+    return transforms
 
 
 def _vector_stamped(order: _Order, data: bytes) -> Vector3Stamped:
@@ -245,7 +245,7 @@ def _string(order: _Order, data: bytes) -> str:
 
 def _diagnostic_array(order: _Order, data: bytes) -> DiagnosticArray:
     header, at = _header(order, data)
-    found = []
+    statuses = []
     count, at = _count(order, data, at)
     for _ in range(count):
         # a byte is the level
@@ -258,8 +258,8 @@ def _diagnostic_array(order: _Order, data: bytes) -> DiagnosticArray:
             key, at = _text(order, data, at)
             value, at = _text(order, data, at)
             values.append(KeyValue(key, value))
-        found.append(DiagnosticStatus(name, message, tuple(values)))
-    return DiagnosticArray(header, tuple(found))
+        statuses.append(DiagnosticStatus(name, message, tuple(values)))
+    return DiagnosticArray(header, tuple(statuses))
 
 
 _READ: dict[str, Callable[[_Order, bytes], Any]] = {

@@ -67,15 +67,15 @@ def read_or_refuse(kind: str, steps: Sequence[Callable[[Any], Any]], message: by
         For any error of a step.
 
     """
-    found: Any = message
+    content: Any = message
     try:
         for step in steps:
-            found = step(found)
+            content = step(content)
     except RefusedMessageError:
         raise
     except Exception as error:  # the bytes may be anything
         raise RefusedMessageError('not readable', f'{error}; it is no {kind}') from None
-    return found
+    return content
 
 
 def stamp_nanoseconds(stamp: Any) -> int:
@@ -119,11 +119,11 @@ def check_numbers(name: str, *values: float) -> None:
             raise RefusedMessageError(f'{name} not finite', f'{value}')
 
 
-def check_frame(field: str, found: str, expected: str) -> None:
+def check_frame(field: str, frame: str, expected: str) -> None:
     """Raise RefusedMessageError if a frame is not the expected one."""
-    if expected not in ('', found):
+    if expected not in ('', frame):
         raise RefusedMessageError(
-            f'{field} is not {expected}', f"it is '{shortened(found, 60)}'; the parameters odom_frame_id, "
+            f'{field} is not {expected}', f"it is '{shortened(frame, 60)}'; the parameters odom_frame_id, "
             'path_frame, base_frame_id and reference_frame_id say what is expected')
 
 
@@ -210,7 +210,7 @@ def read_horizon(
     if len(message.points) <= ticks:
         raise RefusedMessageError('too few points', f'{len(message.points)}; reference_horizon = {ticks} needs '
                                   f'{ticks + 1}, the first of them now')
-    found = []
+    references = []
     for n, point in enumerate(message.points[:ticks + 1]):
         if not (point.transforms and point.velocities and point.accelerations):
             raise RefusedMessageError('a point is not complete',
@@ -220,8 +220,8 @@ def read_horizon(
                                       f'from the start; points are a period of {period / 1e9} s apart')
         transform, acceleration = point.transforms[0], point.accelerations[0]
         pose, velocity = _motion('horizon', transform.translation, transform.rotation, point.velocities[0])
-        found.append(Reference(pose, velocity, _acceleration(acceleration)))
-    return tuple(found)
+        references.append(Reference(pose, velocity, _acceleration(acceleration)))
+    return tuple(references)
 
 
 def _acceleration(accel: Any) -> BodyAcceleration:
@@ -291,9 +291,9 @@ def numbers_reader(
     def read(message: Any) -> Any:
         if message.header.frame_id:
             check_frame('frame_id', message.header.frame_id, frame)
-        found = quantity(*places(message))
-        check_numbers(name, *found)
-        return found
+        numbers = quantity(*places(message))
+        check_numbers(name, *numbers)
+        return numbers
 
     return read
 

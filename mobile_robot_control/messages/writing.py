@@ -45,9 +45,9 @@ def _put(data: bytearray, number: struct.Struct, value: float) -> None:
 def _write(data: bytearray, value: Any) -> None:
     """Append a field of one of the types in the loop's messages."""
     if isinstance(value, str):
-        text = value.encode() + b'\0'
-        _put(data, _COUNT, len(text))
-        data += text
+        encoded = value.encode() + b'\0'
+        _put(data, _COUNT, len(encoded))
+        data += encoded
     elif isinstance(value, float):
         _put(data, _DOUBLE, value)
     elif isinstance(value, int):

@@ -287,16 +287,16 @@ def base_at_rest(base: Base, period: int, position_period: int) -> BaseState:
 
 
 @jitable
-def _followed(asked: float, before: float, limits: BaseChannel) -> float:
+def _followed(command: float, before: float, limits: BaseChannel) -> float:
     """Return the setpoint of one velocity [m/s or rad/s] for a command, after the previous setpoint."""
     if limits.quantum > 0.0:
-        asked = limits.quantum * math.floor(asked / limits.quantum + 0.5)
-    asked = min(max(asked, -limits.max_speed), limits.max_speed)
-    if abs(asked) < limits.dead_zone:
-        asked = 0.0
+        command = limits.quantum * math.floor(command / limits.quantum + 0.5)
+    command = min(max(command, -limits.max_speed), limits.max_speed)
+    if abs(command) < limits.dead_zone:
+        command = 0.0
     down = limits.max_fall if before > 0.0 else limits.max_change
     up = limits.max_fall if before < 0.0 else limits.max_change
-    return min(max(asked, before - down), before + up)
+    return min(max(command, before - down), before + up)
 
 
 @jitable

@@ -65,13 +65,13 @@ def make_drawn_robot(
     def drawn_robot(
         robot: RobotState, constants: RobotConstants, values: PlantValues, draw: Draw
     ) -> tuple[RobotState, RobotConstants]:
-        found, motion = varied_values(values, draw), dynamics.at_rest(draw.start)
-        plant = discretise(found.robot, constants.plant.dt, constants.plant.centripetal_coupling)
-        sensors = sensors_of(found, constants.sensors)
+        drawn, motion = varied_values(values, draw), dynamics.at_rest(draw.start)
+        plant = discretise(drawn.robot, constants.plant.dt, constants.plant.centripetal_coupling)
+        sensors = sensors_of(drawn, constants.sensors)
         return (
             RobotState(motion, robot.drive, sensors_start(motion, sensors)),
-            RobotConstants(plant, found.imperfections, found.max_wheel_torque,
-                           drive_of(found, plant, constants.drive), sensors),
+            RobotConstants(plant, drawn.imperfections, drawn.max_wheel_torque,
+                           drive_of(drawn, plant, constants.drive), sensors),
         )
 
     return drawn_robot

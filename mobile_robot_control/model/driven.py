@@ -29,8 +29,8 @@ def _reach(speed: WheelVelocity, fading: WheelTorque, forcing: Forcing, drivetra
     """Return a bound [rad/s] of the change of each wheel's speed over a period in which each keeps its direction."""
     axle, coulomb = drivetrain.axle, drivetrain.axle.coulomb
     K = axle.viscous_friction
-    right = forcing.asked.right + fading.right + forcing.outside.right - coulomb * sign(speed.right) - K * speed.right
-    left = forcing.asked.left + fading.left + forcing.outside.left - coulomb * sign(speed.left) - K * speed.left
+    right = forcing.request.right + fading.right + forcing.outside.right - coulomb * sign(speed.right) - K * speed.right
+    left = forcing.request.left + fading.left + forcing.outside.left - coulomb * sign(speed.left) - K * speed.left
     linear = abs(right + left) + abs(fading.right + fading.left)
     angular = abs(right - left) + abs(fading.right - fading.left)
     if drivetrain.plant.centripetal_coupling:
@@ -63,8 +63,8 @@ def is_uneventful(speed: WheelVelocity, fading: WheelTorque, forcing: Forcing, d
     turning = drivetrain.axle.coulomb == 0.0 or (abs(speed.right) > reach and abs(speed.left) > reach)
     return turning and (
         drivetrain.axle.slope == 0.0
-        or (_within_line(speed.right, reach, forcing.asked.right, fading.right, drivetrain)
-            and _within_line(speed.left, reach, forcing.asked.left, fading.left, drivetrain)))
+        or (_within_line(speed.right, reach, forcing.request.right, fading.right, drivetrain)
+            and _within_line(speed.left, reach, forcing.request.left, fading.left, drivetrain)))
 
 
 @jitable
@@ -129,7 +129,7 @@ def _coupled_advance(rolling: Rolling, forcing: Forcing, drivetrain: Drivetrain,
         middle = rolling
         for share in (0.5, 1.0):
             pair = coriolis_torque(WheelVelocity(middle.right.speed, middle.left.speed), robot)
-            held = Forcing(forcing.asked, WheelTorque(outside.right + pair.right, outside.left + pair.left),
+            held = Forcing(forcing.request, WheelTorque(outside.right + pair.right, outside.left + pair.left),
                            forcing.heading)
             middle = advance_wheels(engaged(rolling, held, axle), held, share * h, axle, most_events)
         rolling = middle
@@ -175,12 +175,12 @@ def eventful_step(
         _body_velocity(WheelVelocity(end.right.speed, end.left.speed), robot),
         state.right_angle + end.right.angle,
         state.left_angle + end.left.angle,
-    ), WheelTorque(forcing.asked.right - end.right.lacking / dt, forcing.asked.left - end.left.lacking / dt)
+    ), WheelTorque(forcing.request.right - end.right.lacking / dt, forcing.request.left - end.left.lacking / dt)
 
 
 @jitable
 def motorised_step(
-    state: PlantState, motors: MotorState, asked: WheelTorque, outside: WheelTorque, drivetrain: Drivetrain
+    state: PlantState, motors: MotorState, request: WheelTorque, outside: WheelTorque, drivetrain: Drivetrain
 ) -> tuple[PlantState, MotorState, WheelTorque]:
     """
     Move the plant by one period with its motors and friction.
@@ -194,7 +194,7 @@ def motorised_step(
         At the period's start. A standing wheel has the speed 0.0 exactly.
     motors : MotorState
         Torques reached by the lag.
-    asked : WheelTorque
+    request : WheelTorque
         Torques asked of the motors [N m], held; within their stall torque.
     outside : WheelTorque
         Torques on the wheels that do not come through the motors [N m], held.
@@ -217,21 +217,21 @@ def motorised_step(
     """
     coulomb = drivetrain.axle.coulomb
     if drivetrain.axle.lag_rate > 0.0:
-        fading = WheelTorque(motors.torque.right - asked.right, motors.torque.left - asked.left)
+        fading = WheelTorque(motors.torque.right - request.right, motors.torque.left - request.left)
     else:
         fading = WheelTorque(0.0, 0.0)
-    after = MotorState(WheelTorque(asked.right + drivetrain.remainder * fading.right,
-                                   asked.left + drivetrain.remainder * fading.left))
-    mean = WheelTorque(asked.right + drivetrain.mean_remainder * fading.right,
-                       asked.left + drivetrain.mean_remainder * fading.left)
+    after = MotorState(WheelTorque(request.right + drivetrain.remainder * fading.right,
+                                   request.left + drivetrain.remainder * fading.left))
+    mean = WheelTorque(request.right + drivetrain.mean_remainder * fading.right,
+                       request.left + drivetrain.mean_remainder * fading.left)
     speed = wheel_velocity(state.velocity, drivetrain.plant.robot)
-    if (stands(speed.right, asked.right, fading.right, outside.right, coulomb)
-            and stands(speed.left, asked.left, fading.left, outside.left, coulomb)):
+    if (stands(speed.right, request.right, fading.right, outside.right, coulomb)
+            and stands(speed.left, request.left, fading.left, outside.left, coulomb)):
         return state, after, mean
-    forcing = Forcing(asked, outside, state.pose.heading)
+    forcing = Forcing(request, outside, state.pose.heading)
     if drivetrain.predictable and is_uneventful(speed, fading, forcing, drivetrain):
-        torque = WheelTorque(asked.right + outside.right - coulomb * sign(speed.right),
-                             asked.left + outside.left - coulomb * sign(speed.left))
+        torque = WheelTorque(request.right + outside.right - coulomb * sign(speed.right),
+                             request.left + outside.left - coulomb * sign(speed.left))
         return uneventful_step(state, fading, torque, drivetrain), after, mean
     moved, mean = eventful_step(state, fading, forcing, drivetrain, MOST_EVENTS)
     return moved, after, mean
@@ -273,7 +273,7 @@ def driven_step(
         applied torque: the mean over the period of the torque at the motors' shafts, before any friction [N m].
     """
     late, acting = delayed(line, torque)
-    asked = saturate(saturate(acting, motor_limit), drivetrain.axle.stall_torque)
+    request = saturate(saturate(acting, motor_limit), drivetrain.axle.stall_torque)
     outside = disturbed(WheelTorque(0.0, 0.0), imperfect.disturbance, k, drivetrain.plant.dt)
-    moved, after, applied = motorised_step(state, motors, asked, outside, drivetrain)
+    moved, after, applied = motorised_step(state, motors, request, outside, drivetrain)
     return moved, after, late, acting, applied

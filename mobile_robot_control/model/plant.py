@@ -63,8 +63,8 @@ class PlantModel(NamedTuple):
 def _drive_has_its_own_parameters(model: PlantModel) -> Iterator[str]:
     """Report parameters of the other drive: they would have no effect, silently."""
     other = VELOCITY if model.drive == TORQUE else TORQUE
-    given, ideal = flatten(model), flatten(PlantModel())
-    for name, value in given.items():
+    values, ideal = flatten(model), flatten(PlantModel())
+    for name, value in values.items():
         if value != ideal[name] and name.partition('.')[0] in _PARAMETERS_OF[other]:
             yield (f"{name} = {list(value) if isinstance(value, tuple) else value} is of plant.drive = '{other}', and "
                    f"drive is '{model.drive}'; leave it out, or change drive")
@@ -72,11 +72,11 @@ def _drive_has_its_own_parameters(model: PlantModel) -> Iterator[str]:
 
 @rule
 def _what_is_ruled_out_is_off(model: PlantModel) -> Iterator[str]:
-    given, ideal = flatten(model), flatten(PlantModel())
+    values, ideal = flatten(model), flatten(PlantModel())
     for name in split_names(model.ruled_out):
         if name not in ideal:
             yield f"ruled_out: the plant has no parameter '{name}'; {nearest(name, ideal)}"
-        elif given[name] != ideal[name]:
+        elif values[name] != ideal[name]:
             yield f'ruled_out: {name} is not off: leave it out here, or there'
 
 

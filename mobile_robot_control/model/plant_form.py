@@ -240,12 +240,12 @@ def value_names(values: PlantValues) -> list[str]:
     """Return the names of the numbers of a plant among all parameters, in the order of their row; '' for others."""
     parts = {'/**.robot.': values.robot, 'plant.': values.imperfections, 'plant.motor.': values.motor,
              'plant.friction.': values.friction, 'plant.base.': values.base, 'plant.odometry.': values.odometry}
-    found = []
+    names = []
     for prefix, part in parts.items():
         for name, value in flatten(part).items():
-            found += [f'{prefix}{name}[{n}]' for n in range(len(value))] if isinstance(value, tuple) else [
+            names += [f'{prefix}{name}[{n}]' for n in range(len(value))] if isinstance(value, tuple) else [
                 f'{prefix}{name}']
-    return [*found, 'plant.max_wheel_torque', '']
+    return [*names, 'plant.max_wheel_torque', '']
 
 
 def structure(model: PlantModel, grid: Grid) -> tuple[Any, ...]:

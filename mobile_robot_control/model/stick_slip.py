@@ -160,7 +160,7 @@ standing wheel breaks away forwards, or backwards."""
 
 @jitable_apart
 def _watches(
-    wheel: Wheel, asked: float, first_share: float, second_share: float, axle: Axle
+    wheel: Wheel, request: float, first_share: float, second_share: float, axle: Axle
 ) -> tuple[Watch, Watch, Watch]:
     """Return the possible ends of a turning wheel's course: it stops, its motor reaches a line or leaves it."""
     stall, slope = axle.stall_torque, axle.slope
@@ -172,12 +172,12 @@ def _watches(
     if wheel.line != 0.0:
         # the torque asked for comes down to the line
         side = wheel.line
-        return stop, Watch(side * asked - stall + SLACK * stall, side * wheel.fading, side * slope * first_share,
+        return stop, Watch(side * request - stall + SLACK * stall, side * wheel.fading, side * slope * first_share,
                            side * slope * second_share), NEVER
     return (
         stop,
-        Watch(held - asked, -wheel.fading, -slope * first_share, -slope * second_share),
-        Watch(held + asked, wheel.fading, slope * first_share, slope * second_share),
+        Watch(held - request, -wheel.fading, -slope * first_share, -slope * second_share),
+        Watch(held + request, wheel.fading, slope * first_share, slope * second_share),
     )
 
 
@@ -206,16 +206,16 @@ def next_event(
     of_right = (_restraint(load.held.right, load.fading.right, turns * first.push, turns * first.fade,
                            turns * first.rate, axle.coulomb)
                 if load.right_stands
-                else _watches(right, forcing.asked.right, first.right, modes.second.right, axle))
+                else _watches(right, forcing.request.right, first.right, modes.second.right, axle))
     of_left = (_restraint(load.held.left, load.fading.left, turns * first.push, turns * first.fade,
                           turns * first.rate, axle.coulomb)
                if load.left_stands
-               else _watches(left, forcing.asked.left, first.left, modes.second.left, axle))
+               else _watches(left, forcing.request.left, first.left, modes.second.left, axle))
     soonest, event, number = time, NO_EVENT, 0
     for watch in (of_right[0], of_right[1], of_right[2], of_left[0], of_left[1], of_left[2]):
-        found = first_zero(watch, modes, axle.lag_rate, soonest)
-        if found < soonest:
-            soonest, event = found, number
+        instant = first_zero(watch, modes, axle.lag_rate, soonest)
+        if instant < soonest:
+            soonest, event = instant, number
         # numba compiles no enumerate over a tuple
         number += 1  # noqa: SIM113
     return soonest, event
@@ -253,11 +253,11 @@ def _settled(right: Wheel, left: Wheel, forcing: Forcing, axle: Axle) -> tuple[W
 
 
 @jitable_apart
-def _begun(wheel: Wheel, asked: float, axle: Axle) -> Wheel:
+def _begun(wheel: Wheel, request: float, axle: Axle) -> Wheel:
     """Return a wheel with direction and line from its speed [rad/s] and its motor's torques [N m]."""
     line = 0.0
     if axle.slope > 0.0 and wheel.speed != 0.0:
-        torque = asked + wheel.fading + axle.slope * wheel.speed
+        torque = request + wheel.fading + axle.slope * wheel.speed
         stall = axle.stall_torque
         line = 1.0 if torque > stall else -1.0 if torque < -stall else 0.0
     return _turned_to(wheel, sign(wheel.speed) if axle.coulomb > 0.0 else 0.0, line)
@@ -266,8 +266,8 @@ def _begun(wheel: Wheel, asked: float, axle: Axle) -> Wheel:
 @jitable_apart
 def engaged(rolling: Rolling, forcing: Forcing, axle: Axle) -> Rolling:
     """Return both wheels at a change of the torques, with their new directions and lines."""
-    right = _begun(rolling.right, forcing.asked.right, axle)
-    left = _begun(rolling.left, forcing.asked.left, axle)
+    right = _begun(rolling.right, forcing.request.right, axle)
+    left = _begun(rolling.left, forcing.request.left, axle)
     if axle.coulomb > 0.0:
         right, left = _settled(right, left, forcing, axle)
     return Rolling(rolling.x, rolling.y, right, left)

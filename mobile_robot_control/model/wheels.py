@@ -232,7 +232,7 @@ class Forcing(NamedTuple):
 
     Attributes
     ----------
-    asked : WheelTorque
+    request : WheelTorque
         Of the motors, limited [N m].
     outside : WheelTorque
         Torques on the wheels that do not come through the motors [N m].
@@ -240,7 +240,7 @@ class Forcing(NamedTuple):
         At the period's start [rad].
     """
 
-    asked: WheelTorque
+    request: WheelTorque
     outside: WheelTorque
     heading: float
 
@@ -264,8 +264,8 @@ def find_load(right: Wheel, left: Wheel, forcing: Forcing, axle: Axle) -> Load:
     """Return the load of both wheels."""
     rough = axle.coulomb > 0.0
     return Load(
-        WheelTorque(held_torque(right, forcing.asked.right, forcing.outside.right, axle),
-                    held_torque(left, forcing.asked.left, forcing.outside.left, axle)),
+        WheelTorque(held_torque(right, forcing.request.right, forcing.outside.right, axle),
+                    held_torque(left, forcing.request.left, forcing.outside.left, axle)),
         WheelTorque(right.fading if right.line == 0.0 else 0.0, left.fading if left.line == 0.0 else 0.0),
         _damping(right, axle),
         _damping(left, axle),
@@ -275,10 +275,10 @@ def find_load(right: Wheel, left: Wheel, forcing: Forcing, axle: Axle) -> Load:
 
 
 @jitable_apart
-def _later(wheel: Wheel, speed: float, angle: float, asked: float, time: float, axle: Axle) -> Wheel:
+def _later(wheel: Wheel, speed: float, angle: float, request: float, time: float, axle: Axle) -> Wheel:
     """Return a wheel and its motor after a time [s] and a turn by an angle [rad]."""
     if wheel.line != 0.0:
-        lacking = (asked - wheel.line * axle.stall_torque) * time + axle.slope * angle
+        lacking = (request - wheel.line * axle.stall_torque) * time + axle.slope * angle
     elif wheel.fading != 0.0:
         lacking = -wheel.fading * held_response(axle.lag_rate, time).gain
     else:
@@ -295,13 +295,13 @@ def _travelled(rolling: Rolling, modes: Modes, begin: float, end: float, forcing
     """Return the displacement [m] between two times [s] of a course."""
     first, middle, last = QUADRATURE
     length = end - begin
-    one = course(modes, axle.lag_rate, begin + first * length)
-    two = course(modes, axle.lag_rate, begin + middle * length)
-    three = course(modes, axle.lag_rate, begin + last * length)
+    at_first = course(modes, axle.lag_rate, begin + first * length)
+    at_middle = course(modes, axle.lag_rate, begin + middle * length)
+    at_last = course(modes, axle.lag_rate, begin + last * length)
     x, y = mean_velocity(
-        (_forward(one, axle), _forward(two, axle), _forward(three, axle)),
-        (_heading(rolling, one, forcing, axle), _heading(rolling, two, forcing, axle),
-         _heading(rolling, three, forcing, axle)),
+        (_forward(at_first, axle), _forward(at_middle, axle), _forward(at_last, axle)),
+        (_heading(rolling, at_first, forcing, axle), _heading(rolling, at_middle, forcing, axle),
+         _heading(rolling, at_last, forcing, axle)),
     )
     return length * x, length * y
 
@@ -350,6 +350,6 @@ def rolled(rolling: Rolling, modes: Modes, forcing: Forcing, time: float, axle: 
     return Rolling(
         x,
         y,
-        _later(rolling.right, after.speed.right, after.right_angle, forcing.asked.right, time, axle),
-        _later(rolling.left, after.speed.left, after.left_angle, forcing.asked.left, time, axle),
+        _later(rolling.right, after.speed.right, after.right_angle, forcing.request.right, time, axle),
+        _later(rolling.left, after.speed.left, after.left_angle, forcing.request.left, time, axle),
     )

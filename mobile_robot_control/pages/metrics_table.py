@@ -93,9 +93,9 @@ def _marked(values: Sequence[float | None], comparable: Sequence[bool], row: Row
               for text, value, counts in zip(texts, values, comparable, strict=True)]
     first = values[0]
     return marked[:1] + [
-        f'{text}<small class="change">{described_change(value, first, row.unit)}</small>'
-        if first is not None and value is not None and counts and comparable[0] else text
-        for text, value, counts in zip(marked[1:], values[1:], comparable[1:], strict=True)]
+        f'{cell}<small class="change">{described_change(value, first, row.unit)}</small>'
+        if first is not None and value is not None and counts and comparable[0] else cell
+        for cell, value, counts in zip(marked[1:], values[1:], comparable[1:], strict=True)]
 
 
 def metrics_table(runs: Sequence[Run]) -> str:
@@ -153,15 +153,15 @@ def _ratios(runs: Sequence[Run], comparable: Sequence[bool]) -> list[str]:
 
 def configuration_table(runs: Sequence[Run]) -> str:
     """Return the parameters of runs side by side as HTML, different ones first; a sentence if none are known."""
-    known = {run.name: _flat(run.parameters) for run in runs if run.parameters is not None}
-    if not known:
+    by_run = {run.name: _flat(run.parameters) for run in runs if run.parameters is not None}
+    if not by_run:
         return ('<p>Not recorded: no parameter file lies beside the run; '
                 'add <code>--params-file FILE</code> to show one.</p>')
-    columns = list(known.values())
+    columns = list(by_run.values())
     names = list(dict.fromkeys(name for column in columns for name in column))
     rows = [[f'<code>{escape(name)}</code>', *(escape(column.get(name, '–')) for column in columns)] for name in names]
     differing = [row for row in rows if len(set(row[1:])) > 1]
-    head = ['parameter', *known]
+    head = ['parameter', *by_run]
     parts = [html_table(head, differing)] if differing else []
     parts.append(f'<details><summary>All {len(rows)} parameters</summary>{html_table(head, rows)}</details>')
     return '\n'.join(parts)

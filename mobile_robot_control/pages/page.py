@@ -206,22 +206,24 @@ def warning(title: str, sentences: Iterable[str]) -> str:
     return f'<div class="warning"><h2>{escape(title)}</h2><ul>{items}</ul></div>'
 
 
-def made_with(made: Mapping[str, Any], parameters: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None) -> str:
+def made_with(
+    origin: Mapping[str, Any], parameters: Mapping[str, Mapping[str, Mapping[str, Any]]] | None = None
+) -> str:
     """
     Return the origin of a page's numbers, folded, as HTML.
 
     Parameters
     ----------
-    made : mapping of str to object
+    origin : mapping of str to object
         Result of `provenance`.
     parameters : mapping of str to mapping, or None
         By controller, for a page without a table of them.
     """
-    versions = ', '.join(f'{name} {version}' for name, version in made['versions'].items() if version)
+    versions = ', '.join(f'{name} {version}' for name, version in origin['versions'].items() if version)
     listed = ''.join(f'<h3>{escape(name)}</h3><pre tabindex="0"><code>{escape(_lines(one))}</code></pre>'
                      for name, one in (parameters or {}).items())
     return (f'<details class="made"><summary>How this was made</summary><pre class="command"><code>'
-            f'{escape(made["command_line"])}</code></pre><p>{escape(versions)}</p>{listed}</details>')
+            f'{escape(origin["command_line"])}</code></pre><p>{escape(versions)}</p>{listed}</details>')
 
 
 def _lines(parameters: Mapping[str, Mapping[str, Any]]) -> str:

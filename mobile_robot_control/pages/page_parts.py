@@ -159,11 +159,11 @@ class _Columns:
 
     def add(self, values: Floats) -> int:
         """Add an array unless it is present; return its place."""
-        text = pack(np.where(np.abs(values) <= _LARGEST, values, np.nan))
-        if text not in self._places:
-            self._places[text] = len(self.packed)
-            self.packed.append(text)
-        return self._places[text]
+        packed = pack(np.where(np.abs(values) <= _LARGEST, values, np.nan))
+        if packed not in self._places:
+            self._places[packed] = len(self.packed)
+            self.packed.append(packed)
+        return self._places[packed]
 
 
 def _apart(line: Line) -> Line:
@@ -206,11 +206,11 @@ def deviation(series: Series) -> dict[str, Floats]:
     cart, time = series.time('reference'), series.time(series.motion)
     during = np.nonzero((time >= cart[0]) & (time <= cart[-1]))[0] if cart.size else np.zeros(0, int)
     chosen = during[np.linspace(0, during.size - 1, min(during.size, _PLACES)).astype(int)]
-    found = {'time': time[chosen]}
+    columns = {'time': time[chosen]}
     for axis in 'xy' if chosen.size else '':
-        found[axis] = np.interp(time[chosen], cart, series.line('reference', axis).value)
-        found[f'{axis}_error'] = series.line(series.motion, axis).value[chosen] - found[axis]
-    return found
+        columns[axis] = np.interp(time[chosen], cart, series.line('reference', axis).value)
+        columns[f'{axis}_error'] = series.line(series.motion, axis).value[chosen] - columns[axis]
+    return columns
 
 
 def _look(color: str) -> dict[str, str]:
@@ -273,14 +273,14 @@ def replay_page(runs: Sequence[Run]) -> str:
 
 def _numbers(runs: Sequence[Run]) -> str:
     """Return the numbers of a run as a list, or of several as a table, as HTML."""
-    found = key_numbers(runs)
+    numbers = key_numbers(runs)
     if len(runs) == 1:
         items = ''.join(f'<div><dt>{escape(number.label)}</dt><dd>{escape(number.text)}</dd></div>'
-                        for number in found[0])
+                        for number in numbers[0])
         return f'<dl class="numbers">{items}</dl>'
     rows = ([page.breakable(run.name), *(escape(number.text) for number in row)]
-            for run, row in zip(runs, found, strict=True))
-    return page.html_table(['', *(number.label for number in found[0])], rows)
+            for run, row in zip(runs, numbers, strict=True))
+    return page.html_table(['', *(number.label for number in numbers[0])], rows)
 
 
 def replay_scripts() -> list[str]:
@@ -322,12 +322,12 @@ def chart_styles() -> list[str]:
 _HEAD = ('loop', 'gain margin', 'lower gain margin', 'delay margin', 'least gain margin at', 'least delay margin at')
 
 
-def promise_parts(found: Promise) -> Iterator[str]:
+def promise_parts(promise: Promise) -> Iterator[str]:
     """Yield the promise about numbers, as HTML."""
-    warnings = warnings_of(found)
+    warnings = warnings_of(promise)
     if warnings:
         yield page.warning('Not to be expected of a robot', warnings)
-    values = promise_values(found)
+    values = promise_values(promise)
     rows = [[escape(name.replace('_', ' ')), quantity(loop['gain'], ''), quantity(loop['lowest_gain'], ''),
              quantity(loop['delay'], 's'), quantity(loop['gain'] and loop['gain_time'], 's'),
              quantity(loop['delay'] and loop['delay_time'], 's')]
@@ -341,6 +341,6 @@ def promise_parts(found: Promise) -> Iterator[str]:
     unknown = 'Not modelled: a robot with any of these effects may have another error'
     for title, texts in (('Modelled', modelled), (unknown, values['not_modelled']), ('Not in the margins', left_out),
                           ('Ruled out', values['ruled_out']),
-                          ('Spread', [spread_text(found.spread)] if found.spread else [])):
+                          ('Spread', [spread_text(promise.spread)] if promise.spread else [])):
         if texts:
             yield f'<h3>{escape(title)}</h3><p>{escape("; ".join(texts))}.</p>'

@@ -41,9 +41,9 @@ def _is_followed(course: Course, series: Series) -> bool:
     """Return whether the recorded reference follows a course: the cart did not wait, and had no other course."""
     x, y = series.line('reference', 'x'), series.line('reference', 'y')
     chosen = np.linspace(0, x.time.size - 1, min(x.time.size, 50)).astype(np.int_)
-    asked = [course.reference(x.time[n]).pose for n in chosen]
+    poses = [course.reference(x.time[n]).pose for n in chosen]
     return all(math.hypot(x.value[n] - pose.x, y.value[n] - pose.y) < _SAME * course.size
-               for n, pose in zip(chosen, asked, strict=True))
+               for n, pose in zip(chosen, poses, strict=True))
 
 
 def _lap(course: Course, series: Series) -> tuple[Floats, Floats]:
@@ -129,9 +129,9 @@ def _of_run(n: int, run: Run, most: int) -> tuple[dict[str, Any], Floats]:
     for name in ('x', 'y', 'heading'):
         line = series.line('reference', name)
         columns[f'cart_{name}'] = _between(Line(line.time, np.unwrap(line.value)) if name == 'heading' else line, times)
-    known = {name: values for name, values in columns.items() if np.isfinite(values).any()}
+    filled = {name: values for name, values in columns.items() if np.isfinite(values).any()}
     packed = {name: pack(np.where(np.abs(values) < _LARGEST, values, np.nan))
-              for name, values in {'time': times, **known}.items()}
+              for name, values in {'time': times, **filled}.items()}
     look = {'name': run.name, 'colour': f'--robot-{n % len(LINES) + 1}', 'shape': SHAPES[n % len(SHAPES)],
             'wheelSeparation': robot.wheel_separation if robot else None,
             'wheelRadius': robot.wheel_radius if robot else None, 'limit': _limit(run)}
@@ -167,23 +167,23 @@ def largest_since(line: Line, times: Floats) -> Floats:
     [1.0, -7.0, 3.0]
 
     """
-    found = np.full(times.shape, np.nan)
+    largest = np.full(times.shape, np.nan)
     finite = np.isfinite(line.value)
     time, value = line.time[finite], line.value[finite]
     if not time.size or not times.size:
-        return found
+        return largest
     ends = np.searchsorted(time, times, side='right')
     begins = np.concatenate([[max(0, ends[0] - 1)], ends[:-1]])
     some = np.nonzero(ends > begins)[0]
     # reduceat takes from each begin to the next one: the rows without points lie between no two of the others
     cut = value[:ends[-1]]
     highest, lowest = (find.reduceat(cut, begins[some]) for find in (np.maximum, np.minimum))
-    found[some] = np.where(highest >= -lowest, highest, lowest)
+    largest[some] = np.where(highest >= -lowest, highest, lowest)
     newest = ends - 1
     patience = MANY_PERIODS * float(np.median(np.diff(time))) if time.size > 1 else 0.0
-    held = np.isnan(found) & (newest >= 0) & (times - time[np.maximum(newest, 0)] <= patience)
-    found[held] = value[newest[held]]
-    return found
+    held = np.isnan(largest) & (newest >= 0) & (times - time[np.maximum(newest, 0)] <= patience)
+    largest[held] = value[newest[held]]
+    return largest
 
 
 def _between(line: Line, times: Floats) -> Floats:

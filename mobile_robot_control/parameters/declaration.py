@@ -94,12 +94,12 @@ def members(group: type) -> Iterator[tuple[str, type, Any]]:
 @lru_cache(maxsize=128)
 def _fields(group: type) -> tuple[tuple[str, type, Any], ...]:
     """Return the fields of a NamedTuple; cached, because a search needs them for every individual."""
-    found = []
+    fields = []
     for name, hint in get_type_hints(group, include_extras=True).items():
         annotation = get_args(hint)[1] if get_origin(hint) is Annotated else None
         bare = get_args(hint)[0] if get_origin(hint) is Annotated else hint
-        found.append((name, get_origin(bare) or bare, annotation))
-    return tuple(found)
+        fields.append((name, get_origin(bare) or bare, annotation))
+    return tuple(fields)
 
 
 def group_prefix(prefix: str, name: str, annotation: Any) -> str:
@@ -135,14 +135,14 @@ def declarations(group: type, prefix: str = '', defaults: Any = None) -> dict[st
 
     """
     values = group() if defaults is None else defaults
-    found: dict[str, Declaration] = {}
+    declared: dict[str, Declaration] = {}
     for name, kind, annotation in members(group):
         default = getattr(values, name)
         if isinstance(annotation, Field):
-            found[prefix + name] = Declaration(prefix + name, kind, annotation, default)
+            declared[prefix + name] = Declaration(prefix + name, kind, annotation, default)
         else:
-            found.update(declarations(kind, group_prefix(prefix, name, annotation), default))
-    return found
+            declared.update(declarations(kind, group_prefix(prefix, name, annotation), default))
+    return declared
 
 
 def flatten(values: Any) -> dict[str, Any]:
@@ -150,11 +150,11 @@ def flatten(values: Any) -> dict[str, Any]:
     return {name: declared.default for name, declared in declarations(type(values), defaults=values).items()}
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
+def nearest(name: str, candidates: Iterable[str]) -> str:
     """Return 'did you mean ...?' with the nearest known name, or all known names if none is near."""
     import difflib  # noqa: PLC0415 (a node starts sooner without)
 
-    names = sorted(known)
+    names = sorted(candidates)
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     return f"did you mean '{close[0]}'?" if close else f'known are {", ".join(names)}'
 
@@ -355,8 +355,8 @@ def build(
     violations = [f"unknown parameter '{name}'; {nearest(name, declared)}" for name in values if name not in declared]
     taken: dict[str, Any] = {}
     for name, declaration in declared.items():
-        taken[name], found = check_value(declaration, values.get(name, declaration.default))
-        violations += found
+        taken[name], faults = check_value(declaration, values.get(name, declaration.default))
+        violations += faults
     if violations:
         raise ParameterError(violations)
     instance = _assemble(group, taken, '')

@@ -70,27 +70,27 @@ def load_plugins(law_files: Sequence[str], curve_files: Sequence[str], keep_goin
 
     Raises PluginError for a refused file; to keep going, its reason is kept in `Registry.failures` and printed.
     """
-    found: list[str] = []
-    for kind, given in (('law', law_files), ('curve', curve_files)):
+    laws: list[str] = []
+    for kind, places in (('law', law_files), ('curve', curve_files)):
         registry = REGISTRIES[kind]
-        for file in (file for one in given for file in _files_of(one)):
+        for file in (file for one in places for file in _files_of(one)):
             try:
-                found += [record.name for record in registry.load_file(file) if kind == 'law']
+                laws += [record.name for record in registry.load_file(file) if kind == 'law']
             except PluginError as error:
                 if not keep_going:
                     raise
                 registry.note_failure(file, str(error))
-    return tuple(dict.fromkeys(found))
+    return tuple(dict.fromkeys(laws))
 
 
-def _files_of(given: str) -> list[str]:
+def _files_of(place: str) -> list[str]:
     """Return a file, or the Python files of a folder by name; raise PluginError if it has none."""
-    if not os.path.isdir(given):
-        return [given]
-    files = sorted(name for name in os.listdir(given) if name.endswith('.py'))
+    if not os.path.isdir(place):
+        return [place]
+    files = sorted(name for name in os.listdir(place) if name.endswith('.py'))
     if not files:
-        raise PluginError([f'{given}: the folder has no Python file; name one with files of laws'])
-    return [os.path.join(given, name) for name in files]
+        raise PluginError([f'{place}: the folder has no Python file; name one with files of laws'])
+    return [os.path.join(place, name) for name in files]
 
 
 def plugin_environment() -> dict[str, str]:

@@ -94,9 +94,9 @@ class _Loader(yaml.SafeLoader):
         # integers beyond 64 bits are floats for rcl; NaN differs from itself
         same = repr(in_yaml) == repr(in_rcl) or (isinstance(in_yaml, int) and isinstance(in_rcl, float))
         if not same:
-            text = shortened(node.value, 60)
-            raise _Refused(node.start_mark, f"'{text}' is {_described(in_rcl)} for nodes, and {_described(in_yaml)} in "
-                           f'YAML; write a number in decimal digits, true or false, or a text in quotes')
+            shown = shortened(node.value, 60)
+            raise _Refused(node.start_mark, f"'{shown}' is {_described(in_rcl)} for nodes, and {_described(in_yaml)} "
+                           'in YAML; write a number in decimal digits, true or false, or a text in quotes')
         return in_rcl
 
 
@@ -129,7 +129,7 @@ def _described(value: Any) -> str:
     return f'the text {shortened(value, 60)!r}' if isinstance(value, str) else str(value)
 
 
-def as_rcl(text: str) -> bool | int | float | str:
+def as_rcl(scalar: str) -> bool | int | float | str:
     """
     Return the value that rcl reads for a text without quotes.
 
@@ -139,40 +139,40 @@ def as_rcl(text: str) -> bool | int | float | str:
     (True, 15, 0.001, '1_0')
 
     """
-    if text in _WORDS:
-        return _WORDS[text]
-    whole = _whole_number(text) if _INTEGER.fullmatch(text) else None
-    return _real_number(text) if whole is None else whole
+    if scalar in _WORDS:
+        return _WORDS[scalar]
+    whole = _whole_number(scalar) if _INTEGER.fullmatch(scalar) else None
+    return _real_number(scalar) if whole is None else whole
 
 
-def _whole_number(text: str) -> int | float | None:
+def _whole_number(scalar: str) -> int | float | None:
     """Return the number that C's strtol reads in base 0, a float beyond 64 bits; None if digits do not fit the base."""
-    sign, digits = (-1 if text[0] == '-' else 1), text.lstrip('+-').lower()
+    sign, digits = (-1 if scalar[0] == '-' else 1), scalar.lstrip('+-').lower()
     base = 16 if digits.startswith('0x') else 8 if digits.startswith('0') else 10
     if base == 8 and {'8', '9'} & set(digits):
         return None
     whole = sign * int(digits, base)
-    return whole if -2**63 <= whole < 2**63 else float(whole if base == 16 else text)
+    return whole if -2**63 <= whole < 2**63 else float(whole if base == 16 else scalar)
 
 
-def _real_number(text: str) -> float | str:
+def _real_number(scalar: str) -> float | str:
     """Return the number that C's strtod reads; the text if there is none, or after an overflow or underflow."""
     number, mantissa = 0.0, ''
-    if _NOT_FINITE.fullmatch(text):
-        return float(text.replace('.', '').partition('(')[0])
-    if _FLOAT.fullmatch(text):
-        number, mantissa = float(text), re.split('[eE]', text)[0]
-    elif _HEXADECIMAL.fullmatch(text):
+    if _NOT_FINITE.fullmatch(scalar):
+        return float(scalar.replace('.', '').partition('(')[0])
+    if _FLOAT.fullmatch(scalar):
+        number, mantissa = float(scalar), re.split('[eE]', scalar)[0]
+    elif _HEXADECIMAL.fullmatch(scalar):
         with suppress(OverflowError):
-            return float.fromhex(text)
+            return float.fromhex(scalar)
     exact = _NORMAL <= abs(number) < float('inf') or (mantissa and not set(mantissa) & set('123456789'))
-    return number if exact else text
+    return number if exact else scalar
 
 
-def parse_yaml(text: str, source: str) -> Any:
+def parse_yaml(document: str, source: str) -> Any:
     """Read YAML; raise ParameterError with source and line if it is not YAML, or rcl would read it differently."""
     try:
-        loader = _Loader(text)
+        loader = _Loader(document)
         try:
             node = loader.get_single_node()
             return None if node is None else loader.value(node)

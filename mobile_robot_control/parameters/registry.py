@@ -175,21 +175,21 @@ class Registry(Mapping[str, Record], Generic[Record]):
         """Import a Python file and register its records; raise PluginError if that fails."""
         file = os.path.realpath(path)
         try:
-            text = read_bounded(Path(file), PLUGIN).decode()
+            code = read_bounded(Path(file), PLUGIN).decode()
         except (OSError, UnicodeDecodeError) as error:
             reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
             raise PluginError([f'{path}: cannot be read ({reason}); name a Python file']) from error
-        return self.load_text(file, text)
+        return self.load_text(file, code)
 
     def changed_files(self) -> dict[str, str]:
         """Return the new text of each loaded file that has changed on disk, by path."""
-        found = {}
-        for file, text in self.loaded_texts().items():
+        changed = {}
+        for file, loaded in self.loaded_texts().items():
             with contextlib.suppress(OSError, UnicodeDecodeError):
                 present = read_bounded(Path(file), PLUGIN).decode()
-                if present != text:
-                    found[file] = present
-        return found
+                if present != loaded:
+                    changed[file] = present
+        return changed
 
     def load_changed(self) -> dict[str, str]:
         """
@@ -211,7 +211,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
         return {record.name: hashlib.sha256(text.encode()).hexdigest()[:16]  # type: ignore[attr-defined]
                 for file, text in self.changed_files().items() for record in self.load_text(file, text)}
 
-    def load_text(self, file: str, text: str) -> tuple[Record, ...]:
+    def load_text(self, file: str, code: str) -> tuple[Record, ...]:
         """
         Import the text of a Python file, which may be missing here; see `load_file`.
 
@@ -223,7 +223,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
         try:
             # output during the import must not mix with the results of a command
             with contextlib.redirect_stdout(sys.stderr):
-                exec(compile(text, file, 'exec', dont_inherit=True), module.__dict__)  # noqa: S102 (the user's own)
+                exec(compile(code, file, 'exec', dont_inherit=True), module.__dict__)  # noqa: S102 (the user's own)
             named = getattr(module, self._source.attribute, None)
             if named is not None and not any(named is record for record in self._records.values()):
                 self.register(named, file)
@@ -235,7 +235,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
             sys.modules.pop(module.__name__, None)
             self._records, self._origins = before
             raise PluginError([self._refusal(file, error)]) from error
-        self._loaded[file] = text
+        self._loaded[file] = code
         return records
 
     def _lacking(self) -> str:

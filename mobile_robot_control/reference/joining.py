@@ -71,14 +71,14 @@ def _start(route: Route, ways: Sequence[Way], before: Reference, request: PathRe
     at, most, near = before.pose[:2], request.path.join_distance, _SAME_WAY * request.path.rounding
     left = dist(ways[0].points[0], at) + most
     backward = math.copysign(1.0, before.velocity.linear) < 0.0
-    found = []
+    starts = []
     for number, way in enumerate(ways):
-        found.append(_Start(number, *nearest(way.points, at, left - dist(way.points[0], at))))
+        starts.append(_Start(number, *nearest(way.points, at, left - dist(way.points[0], at))))
         left -= way.length
         if left <= 0.0:
             break
     # of two stretches beside a cusp, that in the cart's direction
-    best = min(found, key=lambda one: (
+    best = min(starts, key=lambda one: (
         (0.0, route.stretches[one.number].backward != backward) if one.away <= near else (one.away, False)))
     if best.away > most:
         raise ParameterError([
@@ -340,7 +340,7 @@ class _Beside(NamedTuple):
 
 def _beside(ahead: Sequence[Span], way: Way, begin: float) -> list[_Beside]:
     """Return points of the present path, some centimetres apart, beside a new one from a length [m] along it on."""
-    found, travelled, follower = [], 0.0, Follower(way.points, begin)
+    points_beside, travelled, follower = [], 0.0, Follower(way.points, begin)
     for n, span in enumerate(ahead):
         before = span.at(0.0)[:2]
         parts = max(1, math.ceil(dist(before, span.at(1.0)[:2]) / _STEP))
@@ -348,8 +348,8 @@ def _beside(ahead: Sequence[Span], way: Way, begin: float) -> list[_Beside]:
             point = span.at(u)[:2]
             travelled, before = travelled + dist(before, point), point
             away = follower.distance(point)
-            found.append(_Beside(n, u, travelled, away, follower.length, way.numbers[follower.place]))
-    return found
+            points_beside.append(_Beside(n, u, travelled, away, follower.length, way.numbers[follower.place]))
+    return points_beside
 
 
 def _place(ahead: Sequence[Span], beside: Sequence[_Beside], until: float) -> _Place:

@@ -126,7 +126,7 @@ def _plane(reference: Reference) -> tuple[tuple[float, float], tuple[float, floa
 
 
 def led_over(
-    course: Course, request: PathRequest | tuple[()], correction: Pose, time: float, given: Course
+    course: Course, request: PathRequest | tuple[()], correction: Pose, time: float, own: Course
 ) -> tuple[Course, bool]:
     """
     Lead a cart over to where a correction has moved its path or its curve.
@@ -141,7 +141,7 @@ def led_over(
         Of the frame of odometry in the frame of the path.
     time : float
         Along the course [s].
-    given : Course
+    own : Course
         The curve, in its own frame.
 
     Returns
@@ -155,8 +155,8 @@ def led_over(
         If no motion keeps the limits.
 
     """
-    if isinstance(given, CurveCourse):
-        moved = given._replace(placement=placement_in_odometry(given.placement, correction))
+    if isinstance(own, CurveCourse):
+        moved = own._replace(placement=placement_in_odometry(own.placement, correction))
         if isinstance(course, Blend) and time - course.begin >= _BLEND:
             course = course.after
         return Blend(course, moved, time), False

@@ -180,18 +180,18 @@ class DrawnCorrections:
 
     def until(self, now: int, at: Pose) -> Iterator[tuple[int, Pose]]:
         """Yield stamps [ns] and corrections up to now [ns], for a cart at a pose of odometry; the first one is SAME."""
-        given, draw = self._given, self._random
-        while (stamp := round(self._number / given.rate * NANOSECONDS)) <= now:
+        parameters, draw = self._given, self._random
+        while (stamp := round(self._number / parameters.rate * NANOSECONDS)) <= now:
             if self._number:
                 here, (sine, cosine) = composed(self._true, at), sin_cos(draw.uniform(-math.pi, math.pi))
-                spread = given.drift / math.sqrt(given.rate)
-                moved = Pose(here.x + given.jump * cosine + spread * _normal(draw),
-                             here.y + given.jump * sine + spread * _normal(draw),
-                             wrap_angle(here.heading + draw.choice((-1.0, 1.0)) * given.turn))
+                spread = parameters.drift / math.sqrt(parameters.rate)
+                moved = Pose(here.x + parameters.jump * cosine + spread * _normal(draw),
+                             here.y + parameters.jump * sine + spread * _normal(draw),
+                             wrap_angle(here.heading + draw.choice((-1.0, 1.0)) * parameters.turn))
                 self._true = composed(moved, inverse(at))
             self._number += 1
-            yield stamp, self._true._replace(x=self._true.x + given.noise * _normal(draw),
-                                             y=self._true.y + given.noise * _normal(draw))
+            yield stamp, self._true._replace(x=self._true.x + parameters.noise * _normal(draw),
+                                             y=self._true.y + parameters.noise * _normal(draw))
 
 
 def _normal(draw: random.Random) -> float:

@@ -181,9 +181,9 @@ class Motion:
     def shares(self) -> dict[str, float]:
         """Return the share of the time in which each limit is active, the largest first; '' stands for none."""
         spans = np.diff(self.times)
-        found = {name: float(math.fsum(span for span, active in zip(spans, self.limit, strict=True) if active == name))
-                 / self.period for name in set(self.limit)}
-        return dict(sorted(found.items(), key=lambda one: (-one[1], one[0])))
+        shares = {name: float(math.fsum(span for span, active in zip(spans, self.limit, strict=True) if active == name))
+                  / self.period for name in set(self.limit)}
+        return dict(sorted(shares.items(), key=lambda one: (-one[1], one[0])))
 
 
 class Rest(NamedTuple):

@@ -130,22 +130,22 @@ def fitted(points: Sequence[Point], closed: bool, tolerance: float) -> list[tupl
         If it misses a point.
 
     """
-    given = [*points, points[0]] if closed else list(points)
+    originals = [*points, points[0]] if closed else list(points)
     for radius in (_GATHERED * tolerance, 0.5 * _GATHERED * tolerance, 0.0):
-        kept, tips = _cleaned(_gathered(given, radius), tolerance)
+        kept, tips = _cleaned(_gathered(originals, radius), tolerance)
         if tips:
             raise TurnsBackError(tips[0])
         if len(kept) == 2 and kept[0][0] == kept[1][0]:
             continue  # it begins and ends at one place, and stays near it
-        found, line = _within(np.array([point for point, _ in kept]), closed, tolerance)
+        control, line = _within(np.array([point for point, _ in kept]), closed, tolerance)
         numbers = np.array([number for _, number in kept])
-        far = _far(given, numbers, found, line, closed, tolerance)
+        far = _far(originals, numbers, control, line, closed, tolerance)
         if not far:
             break
     else:
-        _refuse_misses(given, far, found.tolist(), closed, tolerance)
-    first = np.searchsorted(line.knots, np.arange(len(found)) + 1e-9, side='right') - 1
-    return [((x, y), int(number)) for (x, y), number in zip(found.tolist(), numbers[first], strict=True)]
+        _refuse_misses(originals, far, control.tolist(), closed, tolerance)
+    first = np.searchsorted(line.knots, np.arange(len(control)) + 1e-9, side='right') - 1
+    return [((x, y), int(number)) for (x, y), number in zip(control.tolist(), numbers[first], strict=True)]
 
 
 def _gathered(points: Sequence[Point], radius: float) -> list[tuple[Point, int]]:
@@ -185,19 +185,19 @@ def _cleaned(
 
     What is left out lies within the tolerance of the rest [m].
     """
-    found, tips, last = list(kept), [], 0
+    cleaned, tips, last = list(kept), [], 0
     n = 1
-    while n < len(found) - 1:
-        at, before, after = found[n][0], _beside(found, n, -1, last), _beside(found, n, 1, len(found) - 1)
+    while n < len(cleaned) - 1:
+        at, before, after = cleaned[n][0], _beside(cleaned, n, -1, last), _beside(cleaned, n, 1, len(cleaned) - 1)
         if _leads_back(before, at, after):
-            ahead = _ahead(found, n, (at[0] - before[0], at[1] - before[1]))
-            if ahead is None or not _overlaps(found, last, n, ahead, tolerance):
+            ahead = _ahead(cleaned, n, (at[0] - before[0], at[1] - before[1]))
+            if ahead is None or not _overlaps(cleaned, last, n, ahead, tolerance):
                 last = n
-                tips.append(found[n][1])
+                tips.append(cleaned[n][1])
             else:
-                del found[n + 1:ahead]
+                del cleaned[n + 1:ahead]
         n += 1
-    return found, tips
+    return cleaned, tips
 
 
 def _beside(points: Sequence[tuple[Point, int]], n: int, step: int, end: int) -> Point:
@@ -236,16 +236,16 @@ def _within(points: Floats, closed: bool, tolerance: float) -> tuple[Floats, _Po
         line = _sampled(points, knot)
         stiffness = np.full(line.spans, _STIFFNESS)
         for _ in range(_TRIES):
-            found, distance = _fit(line, stiffness, closed)
+            control, distance = _fit(line, stiffness, closed)
             far = distance > _WITHIN * tolerance
             if not far.any():
-                return found, line
+                return control, line
             spans = np.minimum(line.at[far].astype(int), line.spans - 1)
             for beside in (-1, 0, 1):
                 near = (spans + beside) % line.spans if closed else np.clip(spans + beside, 0, line.spans - 1)
                 stiffness[np.unique(near)] *= 0.5
         if knot < _FINEST * tolerance:
-            return found, line
+            return control, line
         knot *= 0.5
 
 
@@ -360,12 +360,12 @@ class _Bands:
             far.append(d2)
             farther.append(d3)
         rows += [(1.0, 0.0, 0.0, 0.0)] * 3
-        found = [(0.0, 0.0)] * 3
+        solution = [(0.0, 0.0)] * 3
         for n in range(len(xs) - 1, 2, -1):
             (l0, *_), (_, a1, _, _), (_, _, b2, _), (_, _, _, c3) = rows[n:n + 4]
-            (ax, ay), (bx, by), (cx, cy) = found[-1], found[-2], found[-3]
-            found.append(((xs[n] - a1 * ax - b2 * bx - c3 * cx) / l0, (ys[n] - a1 * ay - b2 * by - c3 * cy) / l0))
-        return np.array(found[:2:-1])
+            (ax, ay), (bx, by), (cx, cy) = solution[-1], solution[-2], solution[-3]
+            solution.append(((xs[n] - a1 * ax - b2 * bx - c3 * cx) / l0, (ys[n] - a1 * ay - b2 * by - c3 * cy) / l0))
+        return np.array(solution[:2:-1])
 
 
 def _far(
@@ -378,10 +378,10 @@ def _far(
     mean = np.searchsorted(numbers, np.arange(len(points)), side='right') - 1
     middle = np.round(line.knots[mean] * _CHECKED).astype(int)
     beside = np.full(len(points), np.inf)
-    given = np.array(points)
+    targets = np.array(points)
     for step in range(-2 * _CHECKED, 2 * _CHECKED + 1):
         at = (middle + step) % len(path) if closed else np.clip(middle + step, 0, len(path) - 1)
-        beside = np.minimum(beside, _lengths(path[at] - given))
+        beside = np.minimum(beside, _lengths(path[at] - targets))
     return [(n, int(middle[n]) // _CHECKED) for n in np.flatnonzero(~(beside <= tolerance)).tolist()]
 
 

@@ -120,18 +120,18 @@ def control_points(waypoints: Sequence[Point], closed: bool, tolerance: float) -
     count = len(waypoints)
     reach = [math.inf if not closed and n in (0, count - 1)
              else _reach(waypoints[n - 1], waypoints[n], waypoints[(n + 1) % count], tolerance) for n in range(count)]
-    found = []
+    control = []
     for n in range(count if closed else count - 1):
         start, end = waypoints[n], waypoints[(n + 1) % count]
         length, near, far = dist(start, end), reach[n], reach[(n + 1) % count]
-        found.append((start, n))
+        control.append((start, n))
         if length <= min(near, far):
             continue
         middle = [0.5] if length <= 2.0 * min(near, far) else []
         for share in middle or sorted({near / length, 1.0 - far / length}):
             if 0.0 < share < 1.0:
-                found.append(((start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])), n))
-    return found if closed else [*found, (waypoints[-1], count - 1)]
+                control.append(((start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])), n))
+    return control if closed else [*control, (waypoints[-1], count - 1)]
 
 
 def spans_of(points: Sequence[Point], closed: bool) -> list[Span]:

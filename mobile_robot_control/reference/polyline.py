@@ -15,17 +15,17 @@ _WINDOW = 0.5
 def nearest(points: Sequence[Point], at: Sequence[float], reach: float) -> tuple[float, float]:
     """Return the length along the first part of a polyline to the point nearest to `at`, and its distance [m]."""
     left = dist(points[0], at) + reach
-    travelled, found = 0.0, (0.0, dist(points[0], at))
+    travelled, best = 0.0, (0.0, dist(points[0], at))
     for start, end in pairwise(points):
         length = dist(start, end)
         along = min(_along(start, end, at, length), left - travelled)
         away = dist(_between(start, end, along / length if length else 0.0), at)
-        if away < found[1]:
-            found = travelled + along, away
+        if away < best[1]:
+            best = travelled + along, away
         travelled += length
         if travelled >= left:
             break
-    return found
+    return best
 
 
 def point_after(points: Sequence[Point], length: float) -> tuple[Point, int]:

@@ -62,17 +62,17 @@ def stop(rest: Rest, request: PathRequest, before: Reference) -> Motion:
 
 def _stopped_turn(present: Turn, time: float, request: PathRequest, before: Reference) -> Turn | None:
     """Plan the shortest stop of a turn on the spot from its angular velocity; None if the limits do not allow one."""
-    speed, found = abs(before.velocity.angular), None
+    speed, stop = abs(before.velocity.angular), None
     least, most = 0.0, present.left(time)
     for _ in range(_HALVINGS):
-        angle = most if found is None else 0.5 * (least + most)
+        angle = most if stop is None else 0.5 * (least + most)
         with suppress(ParameterError):
-            found, most = turn(before.pose, math.copysign(angle, present.angle), request, speed), angle
+            stop, most = turn(before.pose, math.copysign(angle, present.angle), request, speed), angle
             continue
-        if found is None:
+        if stop is None:
             return None
         least = angle
-    return found
+    return stop
 
 
 def _stop(rest: Sequence[Span], request: PathRequest, speed: float, backward: bool) -> PlannedPath | None:
@@ -97,11 +97,11 @@ def _stop(rest: Sequence[Span], request: PathRequest, speed: float, backward: bo
     shortest = 0
     while longest - shortest > 1:
         middle = (shortest + longest) // 2
-        found = first_part(middle)
-        if found is None:
+        shorter = first_part(middle)
+        if shorter is None:
             shortest = middle
         else:
-            stopped, longest = found, middle
+            stopped, longest = shorter, middle
     if longest > 1:
         return stopped
     # within the first interval, on a grid of its own: a slow cart would take long to its end

@@ -119,13 +119,13 @@ def route_of(request: PathRequest, facing: float | None = None, *, drives: bool 
         request = _opened(request, path.laps)
     waypoints, ignored = request.waypoints, list[str]()
     between = [0, *_splits(request), len(waypoints.points) - 1]
-    found = [one for ends in pairwise(between) for one in _divided(request, *ends)]
+    divided = [one for ends in pairwise(between) for one in _divided(request, *ends)]
     stretches = [stretch._replace(turn=waypoints.turns[first] if waypoints.turns else 0.0)
-                 for first, _, stretch in found]
+                 for first, _, stretch in divided]
     if path.turn_back == REVERSE:
         unused = _equal_headings_unused(waypoints, stretches, facing, drives)
         stretches = [stretch._replace(backward=_is_backward(request, stretch, (first, last), unused, ignored))
-                     for (first, last, _), stretch in zip(found, stretches, strict=True)]
+                     for (first, last, _), stretch in zip(divided, stretches, strict=True)]
     if goal is None and waypoints.turns and waypoints.turns[-1]:
         arrival = waypoints.headings[-1]
         if arrival is not None and abs(wrap_angle(arrival - stretches[-1].headings[1])) <= _ALONG:
@@ -204,11 +204,11 @@ def _opened(request: PathRequest, laps: int) -> PathRequest:
 def _splits(request: PathRequest) -> list[int]:
     """Return the numbers of the waypoints between two stretches."""
     waypoints = request.waypoints
-    found = {*turning_points(waypoints.points, request.path.tolerance)}
-    found |= {number for number, turn in enumerate(waypoints.turns) if turn}
+    splits = {*turning_points(waypoints.points, request.path.tolerance)}
+    splits |= {number for number, turn in enumerate(waypoints.turns) if turn}
     if request.path.turn_back == REVERSE:
-        found |= {n for n, (before, after) in enumerate(pairwise(waypoints.directions), start=1) if before != after}
-    return sorted(found - {0, len(waypoints.points) - 1})
+        splits |= {n for n, (before, after) in enumerate(pairwise(waypoints.directions), start=1) if before != after}
+    return sorted(splits - {0, len(waypoints.points) - 1})
 
 
 def _stretch(request: PathRequest) -> Stretch:
@@ -230,16 +230,16 @@ def _control_of(request: PathRequest) -> list[tuple[Point, int]]:
     if not is_fitted(request):
         return control_points(points, path.closed, path.rounding)
     try:
-        found = fitted(points, path.closed, path.tolerance)
+        control = fitted(points, path.closed, path.tolerance)
     except MissedError as error:
         number = error.number % len(points)
         x, y = points[number]
         raise ParameterError([f'{waypoints.places[number]}: the path would pass ({x:.3g}, {y:.3g}) at a distance of '
                               f'{error.distance:.3g} m, and path.tolerance = {path.tolerance:g} m; raise that, or move '
                               'the waypoints apart']) from None
-    ends = [number for _, number in found[1:]] + [len(points) - 1]
+    ends = [number for _, number in control[1:]] + [len(points) - 1]
     return [(point, min(range(first, end + 1), key=waypoints.speeds.__getitem__))
-            for (point, first), end in zip(found, ends, strict=True)]
+            for (point, first), end in zip(control, ends, strict=True)]
 
 
 def polyline(spans: Sequence[Span], parts: int = PARTS) -> list[Point]:

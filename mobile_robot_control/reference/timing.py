@@ -143,17 +143,17 @@ def _speed_limits(grid: Intervals, timing: Timing, drive: Drive) -> dict[str, Fl
     """Return the largest speed under each limit without acceleration, at both ends of each interval [m/s]."""
     bend = np.abs(grid.curvature)
     rim = grid.travel + half_separation(drive.robot) * bend
-    found = {'waypoint speed': np.stack([grid.speed[:-1], grid.speed[1:]], axis=1)}
+    limits = {'waypoint speed': np.stack([grid.speed[:-1], grid.speed[1:]], axis=1)}
     with np.errstate(divide='ignore', over='ignore'):
         if timing.max_linear_velocity:
-            found['linear velocity'] = timing.max_linear_velocity / np.full_like(bend, grid.travel)
+            limits['linear velocity'] = timing.max_linear_velocity / np.full_like(bend, grid.travel)
         if timing.max_angular_velocity:
-            found['angular velocity'] = timing.max_angular_velocity / bend
+            limits['angular velocity'] = timing.max_angular_velocity / bend
         if timing.max_lateral_acceleration:
-            found['lateral acceleration'] = np.sqrt(timing.max_lateral_acceleration / (grid.travel * bend))
+            limits['lateral acceleration'] = np.sqrt(timing.max_lateral_acceleration / (grid.travel * bend))
         if timing.max_wheel_velocity:
-            found['wheel velocity'] = timing.max_wheel_velocity * drive.robot.wheel_radius / rim
-    return found
+            limits['wheel velocity'] = timing.max_wheel_velocity * drive.robot.wheel_radius / rim
+    return limits
 
 
 Quadratic = tuple[float, float, float]
@@ -223,16 +223,16 @@ class _Passes:
         if self._after(n, self.tops[n], _EXACT) >= 0.0:
             return self.tops[n]
         low, high = 0.0, self.tops[n + 1]
-        found, row = self._before(n, high)
-        if found >= 0.0 and not self._gains_by_less(n, row, high):
-            return found
+        speed, row = self._before(n, high)
+        if speed >= 0.0 and not self._gains_by_less(n, row, high):
+            return speed
         # at the best end speed, a row that demands less meets one that demands more
         best = self._before(n, low)[0]
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
-            found, row = self._before(n, middle)
-            best = max(best, found)
-            if found < 0.0 or self._gains_by_less(n, row, middle):
+            speed, row = self._before(n, middle)
+            best = max(best, speed)
+            if speed < 0.0 or self._gains_by_less(n, row, middle):
                 high = middle
             else:
                 low = middle

@@ -57,11 +57,11 @@ class Column(NamedTuple):
     is_told: bool = False
 
 
-def column_of(text: str) -> Column:
+def column_of(header: str) -> Column:
     """Return what a name says, with its unit in brackets or as in `x_m`."""
-    told = f"'{shortened(text, 40)}'"
-    begin = min((at for at in map(text.find, '([') if at >= 0), default=len(text))
-    name, unit = text[:begin].strip().lower(), text[begin:].strip(' ()[]').lower()
+    told = f"'{shortened(header, 40)}'"
+    begin = min((at for at in map(header.find, '([') if at >= 0), default=len(header))
+    name, unit = header[:begin].strip().lower(), header[begin:].strip(' ()[]').lower()
     base, _, suffix = name.rpartition('_')
     if not unit and base in _MEANINGS and name not in _MEANINGS and is_unit(suffix):
         name, unit = base, suffix

@@ -58,21 +58,21 @@ def read_waypoints(file: str | Path) -> Waypoints:
     """
     source = str(file)
     try:
-        text = read_bounded(Path(file), WAYPOINTS).decode('utf-8-sig')
+        content = read_bounded(Path(file), WAYPOINTS).decode('utf-8-sig')
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
         raise ParameterError([f'{source}: cannot be read ({reason}); name a file of waypoints']) from error
-    is_yaml, begin = Path(file).suffix in YAML_SUFFIXES, text.lstrip()[:1]
+    is_yaml, begin = Path(file).suffix in YAML_SUFFIXES, content.lstrip()[:1]
     if begin in _FORMATS and not (is_yaml and begin != '<'):
         raise ParameterError([f'{source}: {_FORMATS[begin]}'])
     frame, ignored = '', list[str]()
     if is_yaml:
-        rows, frame = _yaml_rows(text, source)
+        rows, frame = _yaml_rows(content, source)
     else:
-        rows = list(_table_rows(text, source, ignored))
-    found = checked_waypoints([(f'{source}:{line}', row) for line, row in rows], source)
-    refuse_degrees(found)
-    return found._replace(frame=frame, duration=_duration(rows), ignored=tuple(
+        rows = list(_table_rows(content, source, ignored))
+    waypoints = checked_waypoints([(f'{source}:{line}', row) for line, row in rows], source)
+    refuse_degrees(waypoints)
+    return waypoints._replace(frame=frame, duration=_duration(rows), ignored=tuple(
         f'{source}: the column {shortened(name, 40)} is not used' for name in ignored))
 
 
@@ -88,10 +88,10 @@ def _duration(rows: Sequence[_Row]) -> float:
 def read_waypoints_once(file: str) -> Waypoints:
     """Read a file of waypoints as `read_waypoints` does; read it again only after a change."""
     try:
-        found = os.stat(file)
+        status = os.stat(file)
     except (OSError, ValueError):
         return read_waypoints(file)
-    return _read_version(file, found.st_mtime_ns, found.st_size)
+    return _read_version(file, status.st_mtime_ns, status.st_size)
 
 
 @lru_cache(maxsize=8)
@@ -106,12 +106,12 @@ def _fields(line: str) -> list[str]:
     return [part.strip(' \t"\'') for part in parts]
 
 
-def _table_rows(text: str, source: str, ignored: list[str]) -> Iterator[_Row]:
+def _table_rows(table: str, source: str, ignored: list[str]) -> Iterator[_Row]:
     """Yield line number and texts of each row of a table; add the columns that are not used."""
     meanings: list[str] = []
     names: list[str] = []
     headed = begun = False
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(table.splitlines(), start=1):
         content, _, comment = line.partition('#')
         fields, place = _fields(content), f'{source}:{number}'
         header = _fields(comment) if not any(fields) else [] if begun or any(map(_is_number, fields)) else fields
@@ -154,18 +154,18 @@ def _understood(fields: Sequence[str], place: str) -> tuple[list[str], list[str]
     return meanings, [field for field, one in zip(fields, columns, strict=True) if one.is_told]
 
 
-def _is_number(text: str) -> bool:
+def _is_number(field: str) -> bool:
     try:
-        float(text)
+        float(field)
     except ValueError:
         return False
     return True
 
 
-def _yaml_rows(text: str, source: str) -> tuple[list[_Row], str]:
+def _yaml_rows(content: str, source: str) -> tuple[list[_Row], str]:
     """Return line number and texts of each entry of a YAML text, and the frame that it names."""
     try:
-        trees = [tree for tree in yaml.compose_all(text, yaml.SafeLoader) if not _is_empty(tree)]
+        trees = [tree for tree in yaml.compose_all(content, yaml.SafeLoader) if not _is_empty(tree)]
     except (yaml.YAMLError, RecursionError) as error:
         mark = getattr(error, 'problem_mark', None)
         at = f':{mark.line + 1}' if mark else ''
@@ -207,20 +207,20 @@ def _entry(node: Any) -> dict[str, Any]:
     parts = _parts(node)
     if 'pose' in parts:
         return _entry(parts['pose'])
-    found: dict[str, Any] = {}
+    fields_by_meaning: dict[str, Any] = {}
     if 'position' in parts:
         position = parts.pop('position')
         axes = ([*_parts(position).items()] if isinstance(position, yaml.MappingNode) else
                 [*zip('xyz', getattr(position, 'value', ()), strict=False)])
-        found |= {name: getattr(value, 'value', '') for name, value in axes if name in ('x', 'y')}
+        fields_by_meaning |= {name: getattr(value, 'value', '') for name, value in axes if name in ('x', 'y')}
         turn = [getattr(_parts(parts.pop('orientation', None)).get(name), 'value', '') for name in 'xyzw']
         if all(map(_is_number, turn)):
             x, y, z, w = map(float, turn)
-            found['heading'] = atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+            fields_by_meaning['heading'] = atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         parts.pop('header', None)
     for name, value in parts.items():
         column = column_of(name)
         if column.fault:
             return {UNKNOWN: column.fault}
-        found[column.meaning] = getattr(value, 'value', '')
-    return found if {'x', 'y'} <= {*found} else {}
+        fields_by_meaning[column.meaning] = getattr(value, 'value', '')
+    return fields_by_meaning if {'x', 'y'} <= {*fields_by_meaning} else {}

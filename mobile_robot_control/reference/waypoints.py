@@ -177,12 +177,12 @@ def _row_violation(fields: Mapping[str, Any]) -> _Violation | None:
     if UNKNOWN in fields:
         return _Violation('', f'the key {fields[UNKNOWN]}')
     told = "'" + ','.join(shortened(str(field), 20) for field in fields.values()) + "'"
-    given = {name: fields[name] for name in ('x', 'y', 'speed', 'heading')
-             if name in fields and (name in ('x', 'y') or fields[name] != '')}
+    written = {name: fields[name] for name in ('x', 'y', 'speed', 'heading')
+               if name in fields and (name in ('x', 'y') or fields[name] != '')}
     try:
-        numbers = {name: float(value) for name, value in given.items()}
+        numbers = {name: float(value) for name, value in written.items()}
     except (TypeError, ValueError):
-        return _Violation(told, f' is no {",".join(given)} in numbers')
+        return _Violation(told, f' is no {",".join(written)} in numbers')
     rule = ''
     if not all(map(math.isfinite, numbers.values())):
         rule = ' is not finite; write numbers'

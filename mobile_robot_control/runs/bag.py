@@ -63,13 +63,13 @@ def choose_topics(namespace: str, topics: Mapping[str, str], held: Collection[st
     prefix = namespace.rstrip('/') + '/'
     renamed: dict[str, str] = {}
     problems = []
-    for name, given in topics.items():
-        other = given if given.startswith('/') else prefix + given
+    for name, chosen in topics.items():
+        other = chosen if chosen.startswith('/') else prefix + chosen
         if other in held:
             renamed[other] = name
         else:
             instead = f'{prefix + name} is taken' if prefix + name in held else f'it holds {_listed(held)}'
-            problems.append(f'--topic {name}:={given}: the bag has no {other}; {instead}')
+            problems.append(f'--topic {name}:={chosen}: the bag has no {other}; {instead}')
     usual = {prefix + name: name for name in NAMES if name not in renamed.values()}
     # another name may be the usual one of another topic
     return usual | renamed, problems

@@ -61,10 +61,10 @@ def playback_quality(latched: bool) -> dict[str, Any]:
 def metadata_yaml(content: Any) -> str:
     """Return dicts, strings and numbers as YAML in block style, without anchors."""
     try:
-        text = yaml.dump(content, Dumper=_DUMPER, sort_keys=False)
+        document = yaml.dump(content, Dumper=_DUMPER, sort_keys=False)
     except UnicodeEncodeError:  # the file's name is no UTF-8, which libyaml refuses
-        text = yaml.safe_dump(content, sort_keys=False)
-    return str(text).strip()
+        document = yaml.safe_dump(content, sort_keys=False)
+    return str(document).strip()
 
 
 class Metadata(NamedTuple):
@@ -237,9 +237,9 @@ class BagWriter:
         if self.failure:
             return
         try:
-            known = self._topics.get(topic) or self._add(topic, kind, latched)
-            self._writer.add_message(known.channel, received, message, received)
-            known.count += 1
+            entry = self._topics.get(topic) or self._add(topic, kind, latched)
+            self._writer.add_message(entry.channel, received, message, received)
+            entry.count += 1
             self._first, self._last = min(self._first or received, received), max(self._last, received)
             if received - self._flushed > _FLUSH:
                 self._flush(received)

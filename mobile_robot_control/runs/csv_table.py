@@ -158,8 +158,8 @@ class Rows:
             some = ', '.join(missing[:3]) + (', ...' if len(missing) > 3 else '')
             raise NotATableError(f'lacks {len(missing)} of {len(CSV_COLUMNS)} columns ({some}); '
                                  'name a file that `simulate --output` wrote')
-        known = (*CSV_COLUMNS, *TRUTH_COLUMNS) if all(name in names for name in TRUTH_COLUMNS) else CSV_COLUMNS
-        self._order = [names.index(name) for name in known]
+        columns = (*CSV_COLUMNS, *TRUTH_COLUMNS) if all(name in names for name in TRUTH_COLUMNS) else CSV_COLUMNS
+        self._order = [names.index(name) for name in columns]
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield the sample of each usable row; see `numbers`."""

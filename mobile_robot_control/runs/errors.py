@@ -43,23 +43,23 @@ def error_signal(poses: Signal, reference: Signal) -> Signal:
     between them the error is at most v² T² / (8 R): 0.16 mm at 0.5 m/s, 0.5 m and 20 Hz. With the newest message
     instead, it would be up to v T: 25 mm.
     """
-    found = empty_signal('tracking_error')
+    signal = empty_signal('tracking_error')
     ticks = reference.stamps
     if not ticks.size:
-        return found
+        return signal
     after = np.searchsorted(ticks, poses.stamps)
     within = np.flatnonzero((after < ticks.size) & (poses.stamps >= ticks[0]))
     after, stamps = after[within], poses.stamps[within]
     before = np.maximum(after - 1, 0)
     apart = ticks[after] - ticks[before]
-    known = np.flatnonzero((stamps == ticks[after]) | (apart <= MANY_PERIODS * period(ticks)))
-    before, after, stamps, apart = before[known], after[known], stamps[known], apart[known]
+    usable = np.flatnonzero((stamps == ticks[after]) | (apart <= MANY_PERIODS * period(ticks)))
+    before, after, stamps, apart = before[usable], after[usable], stamps[usable], apart[usable]
     share = np.divide(stamps - ticks[before], apart, out=np.zeros(stamps.size), where=apart > 0)
     carts = _poses_between(reference.values[before, :3], reference.values[after, :3], share)
-    robots = poses.values[within[known], :3]
+    robots = poses.values[within[usable], :3]
     errors = [tracking_error(Pose(*cart), Pose(*robot))
               for cart, robot in zip(carts.tolist(), robots.tolist(), strict=True)]
-    return found._replace(stamps=stamps, values=np.array(errors, float).reshape(-1, 3))
+    return signal._replace(stamps=stamps, values=np.array(errors, float).reshape(-1, 3))
 
 
 def with_errors(series: Series, exact: bool) -> Series:
@@ -79,23 +79,23 @@ def with_errors(series: Series, exact: bool) -> Series:
         The error if `tracking_error` was not recorded, and `true_error` if the truth is known and the position
         controller saw another one: with noise, or with extrapolated odometry.
     """
-    made = dict(series.signals)
-    reference = made['reference']
+    signals = dict(series.signals)
+    reference = signals['reference']
     if not series.has('tracking_error'):
-        made['tracking_error'] = error_signal(made['odom'], reference)
+        signals['tracking_error'] = error_signal(signals['odom'], reference)
     if series.has(GROUND_TRUTH):
         if not series.has(TRUE_ERROR):
-            made[TRUE_ERROR] = error_signal(made[GROUND_TRUTH], reference)
+            signals[TRUE_ERROR] = error_signal(signals[GROUND_TRUTH], reference)
     elif exact:
-        true = error_signal(made['odom'], reference)
-        if not (series.is_lockstep and _agree(true, made['tracking_error'])):
-            made[TRUE_ERROR] = true
-    return Series(made)
+        true = error_signal(signals['odom'], reference)
+        if not (series.is_lockstep and _agree(true, signals['tracking_error'])):
+            signals[TRUE_ERROR] = true
+    return Series(signals)
 
 
-def _agree(one: Signal, other: Signal) -> bool:
+def _agree(signal: Signal, other: Signal) -> bool:
     """Return whether errors are equal, except for rounding, at their common stamps."""
-    _, ours, theirs = np.intersect1d(one.stamps, other.stamps, assume_unique=True, return_indices=True)
-    ahead, aside, turn = (one.values[ours] - other.values[theirs]).T
+    _, ours, theirs = np.intersect1d(signal.stamps, other.stamps, assume_unique=True, return_indices=True)
+    ahead, aside, turn = (signal.values[ours] - other.values[theirs]).T
     turned = np.abs(np.pi - np.remainder(np.pi - turn, 2.0 * np.pi))
     return not ((np.hypot(ahead, aside) > _ROUNDING) | (turned > _ROUNDING)).any()

@@ -105,10 +105,10 @@ def join(series: Series) -> Joined:
     at, error = clock[ticks], error[ticks]
     number = np.searchsorted(ticks, np.arange(clock.size), side='right') - 1
     kept = number >= 0
-    asked, stamps = newest('wheel_torques', clock)
+    torque_places, stamps = newest('wheel_torques', clock)
     if series.has('wheel_torques'):
         kept &= (stamps == clock) | ((stamps >= 0) & (not lockstep))
-    at_rows = {'wheel_torques': asked[kept], 'joint_states': newest('joint_states', clock[kept])[0]}
+    at_rows = {'wheel_torques': torque_places[kept], 'joint_states': newest('joint_states', clock[kept])[0]}
     if series.clock != 'joint_states':
         at_rows['joint_states'][:] = -1
     at_ticks = {topic: newest(topic, at)[0] for topic in COLUMNS if topic not in at_rows}
@@ -144,8 +144,8 @@ def moving_at(joined: Joined) -> dict[str, Floats]:
     """
     held, series, time = _held(joined), joined.series, joined.time
     robot = series.motion if series.hides_truth else 'odom'
-    made: dict[str, Floats] = {}
-    known = np.ones(time.size, dtype=bool)
+    moving: dict[str, Floats] = {}
+    is_known = np.ones(time.size, dtype=bool)
     for topic, pose, velocity in ((robot, 'pose', 'velocity'), ('reference', 'reference', 'reference_velocity')):
         ticks = series.time(topic)
         if not ticks.size:
@@ -154,26 +154,26 @@ def moving_at(joined: Joined) -> dict[str, Floats]:
         now = np.clip(np.searchsorted(ticks, time, side='right') - 1, 0, None)
         after = np.minimum(now + 1, ticks.size - 1)
         apart = ticks[after] - ticks[now]
-        known &= apart <= MANY_PERIODS * np.median(np.diff(ticks)) if ticks.size > 1 else True
+        is_known &= apart <= MANY_PERIODS * np.median(np.diff(ticks)) if ticks.size > 1 else True
         x, y, heading, v, omega = (
             series.line(topic, name).value for name in ('x', 'y', 'heading', 'linear', 'angular'))
         # a diverging motion overflows
         with np.errstate(over='ignore', invalid='ignore'):
             turn = heading[now] + _wrapped(heading[after] - heading[now])
             passed = time - ticks[now]
-            made[pose] = np.column_stack([
+            moving[pose] = np.column_stack([
                 _hermite(x[now], x[after], (v * np.cos(heading))[[now, after]], passed, apart),
                 _hermite(y[now], y[after], (v * np.sin(heading))[[now, after]], passed, apart),
                 _wrapped(_hermite(heading[now], turn, omega[[now, after]], passed, apart))])
             share = np.divide(passed, apart, out=np.zeros_like(passed), where=apart > 0.0)
-            made[velocity] = np.column_stack([each[now] + share * (each[after] - each[now]) for each in (v, omega)])
-    made['tracking_error'] = _errors(made['reference'], made['pose'])
+            moving[velocity] = np.column_stack([each[now] + share * (each[after] - each[now]) for each in (v, omega)])
+    moving['tracking_error'] = _errors(moving['reference'], moving['pose'])
     # a row at a tick keeps its bits
     at_tick = np.isin(time, series.time(robot)) & np.isin(time, series.time('reference'))
-    for name, values in made.items():
-        kept = ~known | at_tick | np.isnan(held[name]).any(axis=1)
-        made[name] = np.where(kept[:, None], held[name], values)
-    return made
+    for name, values in moving.items():
+        kept = ~is_known | at_tick | np.isnan(held[name]).any(axis=1)
+        moving[name] = np.where(kept[:, None], held[name], values)
+    return moving
 
 
 def _wrapped(angle: Floats) -> Floats:

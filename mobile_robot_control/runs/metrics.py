@@ -167,13 +167,13 @@ class RunMeter:
 
         Torques and truths of nan are unknown and not counted.
         """
-        last, known = self.last, not math.isnan(sample.applied.right)
+        last, is_known = self.last, not math.isnan(sample.applied.right)
         if last is None:
-            self.initial_torque = self.initial_torque if known else sample.applied
+            self.initial_torque = self.initial_torque if is_known else sample.applied
         else:
             if last.time == 0.0:
                 self.initial_torque = sample.applied
-            if known:
+            if is_known:
                 self.totals = add_torque(self.totals, sample.applied, last.wheels, self._velocity_dt)
             if self._indices:
                 self._indices.add_step(last.command, sample.applied)

@@ -71,14 +71,14 @@ def _complete(series: Series, exact: bool) -> tuple[Series, list[str]]:
     absent = [topic for topic in ('odom', 'reference') if not series.has(topic)]
     if absent:
         return series, [f'there is no {" and no ".join(absent)}, and so no tracking error and no metrics']
-    made, notes = with_errors(series, exact), []
+    complete, notes = with_errors(series, exact), []
     if not series.has('tracking_error'):
         notes.append('the tracking error is computed from odom and reference, which is taken to be on straight lines '
-                     'between its messages' if made.has('tracking_error') else
+                     'between its messages' if complete.has('tracking_error') else
                      'no stamp of odom lies between two of reference: there is no tracking error')
-    if series.has_torques and made.clock != 'joint_states':
+    if series.has_torques and complete.clock != 'joint_states':
         notes.append('joint_states come less often than errors: torques are drawn, but not measured')
-    return made, notes
+    return complete, notes
 
 
 def _measured(
@@ -144,7 +144,7 @@ def read_run(
     try:
         run = locate(path)
         beside, measured = companion(run, 'parameters.yaml'), companion(run, 'metrics.json')
-        recorded_outcome, made = beside_a_run(measured)
+        recorded_outcome, origin = beside_a_run(measured)
         outcome = recorded_outcome if outcome is None else outcome
         recording = (_from_bag(run, namespace, topics, progress, outcome) if is_bag(run) else _from_csv(run, progress))
     except OSError as error:
@@ -163,7 +163,7 @@ def read_run(
         # on the wall clock the other nodes continue for a moment after the plant has ended
         series = series.until(series.time('joint_states')[-1])
     problems = map(printable, (*recording.problems, *unknown, *notes, *missing))
-    return Run(name, series, tuple(problems), metrics, parameters, made, events)
+    return Run(name, series, tuple(problems), metrics, parameters, origin, events)
 
 
 def load_run(

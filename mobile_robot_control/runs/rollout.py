@@ -16,7 +16,7 @@ from mobile_robot_control.loop.ticks import (
     make_velocity_tick,
     shows_the_truth,
 )
-from mobile_robot_control.loop.trial import Trial, course_of_trial, make_trial, prepared_loop
+from mobile_robot_control.loop.trial import Trial, course_of_trial, make_trial, prepared_loop, steps_of
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.plant_form import sensing
 from mobile_robot_control.model.simulation import UNKNOWN_TORQUE, pushed

@@ -197,15 +197,15 @@ class RunFigure(NamedTuple):
         """Return the figure of some runs; None if there is nothing to draw."""
         caption = self.caption + (self.of_truth if any(run.series.hides_truth for run in runs) else '')
         if self.panels:
-            made = over_time(self.panels, runs, height=self.height)
+            figure = over_time(self.panels, runs, height=self.height)
         else:
             path = path_panel(runs)
-            made = Figure('', '', '', tuple(run.name for run in runs), (path,), 4.6) if path.curves else None
-        if made is None:
+            figure = Figure('', '', '', tuple(run.name for run in runs), (path,), 4.6) if path.curves else None
+        if figure is None:
             return None
         limits = _limits(runs) if self.name == TORQUE_FIGURE else ()
-        return made._replace(name=self.name, title=self.title, caption=caption, panels=tuple(
-            panel._replace(limits=limits) for panel in made.panels))
+        return figure._replace(name=self.name, title=self.title, caption=caption, panels=tuple(
+            panel._replace(limits=limits) for panel in figure.panels))
 
 
 def _limits(runs: Sequence[RunRecord]) -> tuple[tuple[int, float], ...]:
@@ -219,8 +219,8 @@ def torque_limit(run: RunRecord) -> float | None:
     if run.parameters is None:
         return None
     model = run.parameters.plant.model
-    given = (model.max_wheel_torque, model.motor.stall_torque, run.parameters.velocity_controller.max_wheel_torque)
-    return min((limit for limit in given if limit > 0.0), default=None)
+    limits = (model.max_wheel_torque, model.motor.stall_torque, run.parameters.velocity_controller.max_wheel_torque)
+    return min((limit for limit in limits if limit > 0.0), default=None)
 
 
 def column(topic: str, name: str, scale: float = 1.0) -> Quantity:

@@ -67,12 +67,12 @@ def beside_a_run(file: Path | None) -> tuple[str | None, dict[str, Any]]:
         content = parse_json(read_bounded(file, METRICS)) if file else {}
     except (OSError, ValueError):
         content = {}
-    found = content if isinstance(content, dict) else {}
-    outcome, made = found.get('outcome'), found.get('provenance')
-    return shortened(outcome, 40) if isinstance(outcome, str) else None, made if isinstance(made, dict) else {}
+    measured = content if isinstance(content, dict) else {}
+    outcome, origin = measured.get('outcome'), measured.get('provenance')
+    return shortened(outcome, 40) if isinstance(outcome, str) else None, origin if isinstance(origin, dict) else {}
 
 
-def name_of(text: str) -> tuple[str, Path]:
+def name_of(argument: str) -> tuple[str, Path]:
     """
     Read RUN or NAME=RUN; return the run's name and its path.
 
@@ -81,15 +81,15 @@ def name_of(text: str) -> tuple[str, Path]:
     >>> name_of('runs/fuzzy/bag')[0], name_of('best=a.csv')[0]
     ('fuzzy', 'best')
     """
-    name, separator, place = text.partition('=')
+    name, separator, place = argument.partition('=')
     # os.path accepts any path, such as a link to itself
-    if name and separator and not os.path.exists(text):
+    if name and separator and not os.path.exists(argument):
         return name, Path(place)
-    path = Path(text)
-    folder = Path(os.path.realpath(text))
+    path = Path(argument)
+    folder = Path(os.path.realpath(argument))
     if folder.name == 'bag':
         folder = folder.parent
-    return (folder.stem if os.path.isfile(text) else folder.name) or text, path
+    return (folder.stem if os.path.isfile(argument) else folder.name) or argument, path
 
 
 def save_run(run: RunRecord, file: File) -> None:

@@ -81,30 +81,30 @@ class Messages:
             if received is not None:
                 times.append(received)
         # as bytes: a value can be nan
-        elif (given := array('d', values)).tobytes() != numbers[-len(given):].tobytes():
+        elif (repeated := array('d', values)).tobytes() != numbers[-len(repeated):].tobytes():
             self._contradicting[topic] += 1
 
     def last_run(self) -> LastRun:
         """Return the last run among the messages; no message can be added afterwards."""
         unstamped = self._received_only()
         # without a copy: an hour has some hundred megabytes
-        found = last_run({topic: Signal(np.frombuffer(stamps, np.int64), np.frombuffer(times, np.int64),
-                                        np.frombuffer(numbers).reshape(-1, len(COLUMNS[topic])))
-                          for topic, (stamps, times, numbers) in self._columns.items()})
-        return found._replace(contradicting=self._contradicting, unstamped=unstamped)
+        run = last_run({topic: Signal(np.frombuffer(stamps, np.int64), np.frombuffer(times, np.int64),
+                                      np.frombuffer(numbers).reshape(-1, len(COLUMNS[topic])))
+                        for topic, (stamps, times, numbers) in self._columns.items()})
+        return run._replace(contradicting=self._contradicting, unstamped=unstamped)
 
     def _received_only(self) -> tuple[str, ...]:
         """Stamp the messages of topics whose stamps are all 0 by their receipt; return these topics."""
         # in lockstep a message of stamp 0 is repeated as it is, and other topics do not go on
         others_go_on = any(stamps[-1] > stamps[0] + NANOSECONDS // 2 for stamps, *_ in self._columns.values() if stamps)
-        found = tuple(topic for topic, messages in self._without_stamps.items()
-                      if len(messages) > 1 and (others_go_on or self._contradicting[topic]))
-        for topic in found:
+        topics = tuple(topic for topic, messages in self._without_stamps.items()
+                       if len(messages) > 1 and (others_go_on or self._contradicting[topic]))
+        for topic in topics:
             del self._contradicting[topic]
             self._columns[topic] = array('q'), array('q'), array('d')
             for received, values in self._without_stamps[topic]:
                 self.add(topic, received, values, received)
-        return found
+        return topics
 
 
 class _Part(NamedTuple):
@@ -118,15 +118,15 @@ class _Part(NamedTuple):
 
 def _last_part(stamps: Stamps) -> _Part:
     """Find the start of a topic's last run: at stamp 0 after any other, or where stamps fell and stayed below."""
-    found = _Part(0, 0, None, 0)
+    part = _Part(0, 0, None, 0)
     falls = (np.flatnonzero(np.diff(stamps) < 0) + 1).tolist()
     for fall, following in zip(falls, [*falls[1:], stamps.size], strict=False):
         # in a bag without the start of a later run, its stamps fall, and stay below the former ones
-        missed = (fall - found.begin >= _SURE and following - fall >= _SURE
+        missed = (fall - part.begin >= _SURE and following - fall >= _SURE
                   and stamps[fall + _SURE - 1] < stamps[fall - _SURE:fall].min())
-        found = (_Part(fall, found.starts + 1, None, found.disordered) if stamps[fall] == 0 or missed
-                 else found._replace(fell=fall, disordered=found.disordered + 1))
-    return found
+        part = (_Part(fall, part.starts + 1, None, part.disordered) if stamps[fall] == 0 or missed
+                else part._replace(fell=fall, disordered=part.disordered + 1))
+    return part
 
 
 def last_run(received: Mapping[str, Signal]) -> LastRun:

@@ -193,9 +193,9 @@ def period(stamps: Stamps) -> int:
     distances = np.diff(stamps)
     if not distances.size:
         return 0
-    found, times = np.unique(distances, return_counts=True)
+    values, times = np.unique(distances, return_counts=True)
     common = times.argmax()
-    return int(found[common] if times[common] > distances.size // 2 else np.sort(distances)[distances.size // 2])
+    return int(values[common] if times[common] > distances.size // 2 else np.sort(distances)[distances.size // 2])
 
 
 MANY_PERIODS = 2.5
@@ -312,9 +312,9 @@ def _faults(topic: str, stamps: Stamps, first: int, last: int, start: int) -> It
         yield f'{topic} starts late, at t = {(stamps[0] - start) / 1e9:g} s'
     if last - stamps[-1] > patience:
         yield f'{topic} ends early, at t = {(stamps[-1] - start) / 1e9:g} s'
-    found = _faulty_gaps(stamps, start)
-    if found:
-        missing = _missing(found, usual)
-        widest = max(found, key=lambda gap: gap.end - gap.start)
-        yield (f'{missing} of {len(stamps) + missing} messages missing on {topic}, in {len(found)} gap'
-               f'{"s" if len(found) > 1 else ""}; the longest from t = {widest.start:g} s to {widest.end:g} s')
+    gaps = _faulty_gaps(stamps, start)
+    if gaps:
+        missing = _missing(gaps, usual)
+        widest = max(gaps, key=lambda gap: gap.end - gap.start)
+        yield (f'{missing} of {len(stamps) + missing} messages missing on {topic}, in {len(gaps)} gap'
+               f'{"s" if len(gaps) > 1 else ""}; the longest from t = {widest.start:g} s to {widest.end:g} s')

@@ -185,8 +185,8 @@ def run_end(metrics: dict[str, Any], parameters: Configuration | None, on_wall_c
     if outcome not in WHOLE and planned > duration:
         lasted += f' of {readable(planned, "s")}'
     # the outcome may be any text
-    known = _ENDS.get(outcome, 'ended after {}').format(lasted + (' on the wall clock' if on_wall_clock else ''))
-    return known if outcome in _ENDS else f'{known} ({shortened(str(outcome), 40)})'
+    end = _ENDS.get(outcome, 'ended after {}').format(lasted + (' on the wall clock' if on_wall_clock else ''))
+    return end if outcome in _ENDS else f'{end} ({shortened(str(outcome), 40)})'
 
 
 def run_facts(metrics: dict[str, Any], parameters: Configuration | None) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mobile_robot_control.control.compensation import lead
 from mobile_robot_control.control.laws import declared_gains
-from mobile_robot_control.control.velocity_pi import is_stable
+from mobile_robot_control.control.velocity_laws import selected_velocity_law, velocity_is_stable
 from mobile_robot_control.loop.indices import objective
 from mobile_robot_control.loop.scenarios import Scenario, configured_scenario, scenario_trial
 from mobile_robot_control.loop.ticks import driving_start
@@ -141,6 +141,7 @@ class Objective:
 
     def __init__(self, configuration: Configuration, goal: Goal, run: RunTrials) -> None:
         self._shared, self._goal, self._run = configuration.plant.shared, goal, run
+        self._limit = configuration.velocity_controller.max_wheel_torque
         self.configured = space.configured_gains(configuration)
         trials = [scenario_trial(configuration, scenario, goal.laps, 0.0) for scenario in goal.scenarios]
         self._trials = [one._replace(form=one.form._replace(varies=goal.smooth > 0.0)) for one in trials]
@@ -184,8 +185,8 @@ class Objective:
         """Return drawn points, shape (individuals, genes), with their velocity gains moved to where they are stable."""
         genes = self._goal.genes
         columns = [n for n, gene in enumerate(genes) if gene.name.startswith(_VELOCITY_NODE)]
-        configured = [(getattr(self.configured.velocity, genes[n].name.rpartition('.')[2]) - genes[n].low)
-                      / (genes[n].high - genes[n].low) for n in columns]
+        configured = [(number - genes[n].low) / (genes[n].high - genes[n].low) for n, number in zip(
+            columns, space.numbers_of([genes[n] for n in columns], self.configured), strict=True)]
         towards, begun = np.clip(configured, LOWEST_POINT, 1.0), points.copy()
         for point in begun:
             for _ in range(_HALVINGS):
@@ -218,15 +219,16 @@ class Objective:
     def _is_stable(self, gains: Gains) -> bool:
         """Return whether the velocity loop is stable, or its gains are not searched."""
         shared = self._shared
-        return not self._checks_velocity or is_stable(
-            gains.velocity, shared.robot, shared.velocity_rate, shared.lockstep)
+        return not self._checks_velocity or velocity_is_stable(
+            gains.velocity, shared.robot, self._limit, shared.velocity_rate, shared.lockstep)
 
     def _with(self, several: Sequence[Gains]) -> VariedTrials:
         """Return the trials of controllers, those of each one a scenario."""
         found = []
         for gains in several:
             law, law_gains = declared_gains(gains.control)
-            found.append(LoopGains(law.name, driving_start(law, self._trials[0].form), gains.velocity, law_gains,
+            found.append(LoopGains(law.name, driving_start(law, self._trials[0].form),
+                                   selected_velocity_law(gains.velocity)[1], law_gains,
                                    lead(gains.control.feedforward)))
         return VariedTrials(self._trials, found)
 

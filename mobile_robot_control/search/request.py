@@ -8,6 +8,7 @@ import numpy as np
 
 from mobile_robot_control.analysis.modelled import drive_of
 from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.control.velocity_laws import selected_velocity_law
 from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.loop.monte_carlo import LARGEST_SEED, ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.scenarios import Scenario, check_laps, configured_scenario, rubbed, scenario_grid
@@ -204,7 +205,8 @@ class Search:
     def tuned(self, gains: Gains) -> Configuration:
         """Return the loop with other gains, checked as a whole."""
         values = {node: flatten(group) for node, group in self.parameters._asdict().items()}
-        values['velocity_controller'] |= {f'gains.{name}': x for name, x in gains.velocity._asdict().items()}
+        law, velocity = selected_velocity_law(gains.velocity)
+        values['velocity_controller'] |= {f'{law.group}.{name}': x for name, x in velocity._asdict().items()}
         values['position_controller'] |= flatten(gains.control)
         return configure(values)
 
@@ -232,7 +234,8 @@ def _searched(request: SearchRequest) -> Configuration:
 
 def _goal(request: SearchRequest, parameters: Configuration) -> Goal:
     bounds = dict(request.bounds)
-    genes = space.search_genes(request.controller, request.with_velocity, parameters.plant.model.drive)
+    genes = space.search_genes(request.controller, request.with_velocity, parameters.plant.model.drive,
+                               parameters.velocity_controller.control.controller_type)
     genes = space.without(genes, request.keep)
     if parameters.plant.shared.feedforward.enabled:
         genes += space.feedforward_genes(bounds)

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mobile_robot_control.analysis.promises import Promise, promise, promise_lines
+from mobile_robot_control.control.velocity_law import PI
 from mobile_robot_control.control.velocity_pi import slow_integrals
 from mobile_robot_control.loop.batch import TrialRunner
 from mobile_robot_control.loop.scenarios import frictions
@@ -137,8 +138,8 @@ def tuned_of(search: Search, staged: Staged, objective: Objective, command_line:
              for name, value in values.items()}
     edges = () if better.as_configured else tuple(
         f'{edge}: a search with other --bounds may find better gains' for edge in staged.edges)
-    slow = '' if configuration.plant.model.drive == VELOCITY else slow_integrals(
-        better.gains.velocity, configuration.plant.shared.robot)
+    is_pi = better.gains.velocity.controller_type == PI and configuration.plant.model.drive != VELOCITY
+    slow = slow_integrals(better.gains.velocity.gains, configuration.plant.shared.robot) if is_pi else ''
     cautions = (*edges, *([f'slow integrals: {slow}; {_assumed(search)}'] if slow else []))
     return Tuned(
         controller=search.goal.controller, objective=better.score, parameters=named, history=found.history,

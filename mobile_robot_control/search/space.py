@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 
 from mobile_robot_control.control.compensation import Feedforward
 from mobile_robot_control.control.laws import LAWS, PositionControl, groups_of
-from mobile_robot_control.control.velocity_pi import VelocityGains
+from mobile_robot_control.control.selection import Selection
+from mobile_robot_control.control.velocity_law import PI
+from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS, VelocityControl
 from mobile_robot_control.model.plant import TORQUE
 from mobile_robot_control.parameters.declaration import (
     Declaration,
@@ -172,7 +174,9 @@ def _genes_of(node: str, prefix: str, group: type) -> list[Gene]:
     return genes
 
 
-def search_genes(search: str, with_velocity: bool = False, drive: str = TORQUE) -> tuple[Gene, ...]:
+def search_genes(
+    search: str, with_velocity: bool = False, drive: str = TORQUE, velocity_law: str = PI
+) -> tuple[Gene, ...]:
     """
     Return the genes of a search: those of its law's groups, and of the velocity law if the search includes them.
 
@@ -184,6 +188,8 @@ def search_genes(search: str, with_velocity: bool = False, drive: str = TORQUE) 
         Include the velocity gains even if the law's own searches leave them out.
     drive : str
         Kind of plant; a base that takes velocities has no velocity gains.
+    velocity_law : str
+        Of VELOCITY_LAWS.
 
     """
     genes: list[Gene] = []
@@ -192,7 +198,8 @@ def search_genes(search: str, with_velocity: bool = False, drive: str = TORQUE) 
         for group in groups_of(law):
             genes += _genes_of('position_controller', group, LAWS[group].gains)
     if drive == TORQUE and (search == VELOCITY or with_velocity or LAWS[search].with_velocity_gains):
-        genes += _genes_of('velocity_controller', 'gains', VelocityGains)
+        searched = VELOCITY_LAWS[velocity_law]
+        genes += _genes_of('velocity_controller', searched.group, searched.gains)
     return tuple(genes)
 
 
@@ -229,7 +236,8 @@ def _resolve(option: str, genes: Sequence[Gene], given: str, arrays: bool = Fals
 def _declaration(name: str) -> Declaration:
     place = place_of(name)
     if place.node == 'velocity_controller':
-        return declarations(VelocityGains)[place.field]
+        group = next(law.gains for law in VELOCITY_LAWS.values() if law.group == place.group)
+        return declarations(group)[place.field]
     return declarations(Feedforward if place.group == 'feedforward' else LAWS[place.group].gains)[place.field]
 
 
@@ -283,17 +291,17 @@ def without(genes: Sequence[Gene], kept: Collection[str]) -> tuple[Gene, ...]:
 class Gains(NamedTuple):
     """The gains that a search may change: those of the velocity law and of the position laws."""
 
-    velocity: VelocityGains
+    velocity: VelocityControl
     control: PositionControl
 
     def group(self, node: str, name: str) -> Any:
         """Return a group of gains of a node by name."""
-        return self.velocity if node == 'velocity_controller' else getattr(self.control, name)
+        return getattr(self.velocity if node == 'velocity_controller' else self.control, name)
 
     def with_group(self, node: str, name: str, group: Any) -> 'Gains':
         """Return the gains with another group."""
         if node == 'velocity_controller':
-            return self._replace(velocity=group)
+            return self._replace(velocity=self.velocity._replace(**{name: group}))
         return self._replace(control=self.control._replace(**{name: group}))
 
 
@@ -377,8 +385,8 @@ def rounded(gains: Gains) -> Gains:
 def _rounded(value: Any) -> Any:
     if isinstance(value, float):
         return float(f'{value:.6g}')
-    if isinstance(value, PositionControl):
-        return PositionControl(**{name: _rounded(part) for name, part in value._asdict().items()})
+    if isinstance(value, Selection):
+        return type(value)(**{name: _rounded(part) for name, part in value._asdict().items()})
     if isinstance(value, tuple):
         parts = map(_rounded, value)
         return type(value)(*parts) if hasattr(value, '_fields') else tuple(parts)
@@ -387,14 +395,17 @@ def _rounded(value: Any) -> Any:
 
 def configured_gains(configuration: Configuration) -> Gains:
     """Return the gains of a configuration."""
-    return Gains(configuration.velocity_controller.gains, configuration.position_controller.control)
+    return Gains(configuration.velocity_controller.control, configuration.position_controller.control)
 
 
 def parameters(genes: Sequence[Gene], gains: Gains) -> dict[str, dict[str, Any]]:
     """Return the groups of parameters that a search has changed: values by dotted name, by node."""
     found: dict[str, dict[str, Any]] = {}
     for node, name in dict.fromkeys((place.node, place.group) for place in _places(tuple(genes))):
-        first = {'controller_type': gains.control.controller_type} if node == 'position_controller' else {}
+        control = gains.control if node == 'position_controller' else gains.velocity
+        # files of the PI law name no velocity law
+        is_pi = node == 'velocity_controller' and name == 'gains'
+        first = {} if is_pi else {'controller_type': control.controller_type}
         group = gains.group(node, name)._asdict()
         found.setdefault(node, first).update({f'{name}.{field}': value for field, value in group.items()})
     return found

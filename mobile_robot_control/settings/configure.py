@@ -78,8 +78,8 @@ def robot_file(robot: str) -> Path:
     if not shipped:
         raise ParameterError([f"--robot '{robot}': the package is installed without its robots; name a parameter file"])
     near = nearest(robot, shipped)
-    known = '' if near.startswith('known are') else f'; known are {", ".join(shipped)}'
-    raise ParameterError([f"--robot '{robot}': there is no robot of this name; {near}{known}; a file of your own is "
+    names = '' if near.startswith('known are') else f'; known are {", ".join(shipped)}'
+    raise ParameterError([f"--robot '{robot}': there is no robot of this name; {near}{names}; a file of your own is "
                           'named by its path, such as ./my_robot.yaml'])
 
 
@@ -260,8 +260,8 @@ class ParameterSources(NamedTuple):
             values['position_controller'] |= _selected(self.laws)
         # output that a law prints while it prepares its gains must not mix with the results
         with contextlib.redirect_stdout(sys.stderr):
-            made = configure(values)
-            return made if 'initial_pose' in values['plant'] else at_cart_start(made)
+            configuration = configure(values)
+            return configuration if 'initial_pose' in values['plant'] else at_cart_start(configuration)
 
 
 def parameter_sources(
@@ -271,5 +271,5 @@ def parameter_sources(
     if parameters is not None and not isinstance(parameters, Mapping):
         raise ParameterError([f'parameters = {printable(repr(parameters))}: write them by NODE.PARAMETER, such as '
                               "{'plant.max_wheel_torque': 3.0}; parameter files come before them, by position"])
-    given: dict[str, Any] = dict(parameters or {})
-    return ParameterSources(None if robot is None else fspath(robot)).with_files(*files).with_values(given)
+    values: dict[str, Any] = dict(parameters or {})
+    return ParameterSources(None if robot is None else fspath(robot)).with_files(*files).with_values(values)

@@ -60,14 +60,14 @@ def unreached(section: str, names: Mapping[str, str]) -> str:
     return ''
 
 
-def misspelt(section: str, given: Mapping[str, Any]) -> str:
+def misspelt(section: str, values: Mapping[str, Any]) -> str:
     """Explain which of the four nodes a section means whose name none has, with the remedy; '' if it means none."""
     import difflib  # noqa: PLC0415 (a node starts sooner without)
 
     name = section.rpartition('/')[2]
     near = difflib.get_close_matches(name, NODES, n=1, cutoff=0.8)
     # a name that contains a node's, such as plant_2, is one of a renamed node elsewhere
-    if not near or near[0] in name or not set(given) <= set(parameter_names()[near[0]]):
+    if not near or near[0] in name or not set(values) <= set(parameter_names()[near[0]]):
         return ''
     return f"there is no node '{printable(name)}'; did you mean '{near[0]}'?"
 
@@ -81,12 +81,12 @@ def elsewhere(section: str, names: Mapping[str, str]) -> str:
             f"write '/**/{names[node].rpartition('/')[2]}'")
 
 
-def namespace_fault(text: str) -> str:
+def namespace_fault(namespace: str) -> str:
     """Describe the fault in a namespace, with the remedy; '' if ROS accepts it."""
-    if _is_namespace(text):
+    if _is_namespace(namespace):
         return ''
-    near = '/' + '/'.join(filter(None, text.split('/')))
-    return (f"'{text}' is no namespace of ROS (letters, digits and single '_' between single '/', at most "
+    near = '/' + '/'.join(filter(None, namespace.split('/')))
+    return (f"'{namespace}' is no namespace of ROS (letters, digits and single '_' between single '/', at most "
             f"{_LONGEST_NAMESPACE} characters); write one such as "
             f"'{near if near != '/' and _is_namespace(near) else '/robot1'}'")
 
@@ -153,19 +153,19 @@ def is_ros_parameter(name: str) -> bool:
     return name in ('use_sim_time', 'start_type_description_service') or name.startswith('qos_overrides.')
 
 
-def _law_hint(name: str, known: Iterable[str]) -> str:
+def _law_hint(name: str, declared: Iterable[str]) -> str:
     """Return the remedy for a parameter of an unknown group."""
     group = name.partition('.')[0]
-    if group == name or any(one.startswith(f'{group}.') for one in known):
+    if group == name or any(one.startswith(f'{group}.') for one in declared):
         return ''
     return f"; if '{group}' is a law of your own, name its file with --law, or register it in Python"
 
 
 def _check_names(section: str, values: Mapping[str, Any], nodes: Sequence[str], source: str) -> Iterator[str]:
     """Yield the faults in the names of a section for some of the four nodes."""
-    known = set().union(*(parameter_names()[node] for node in nodes))
+    names = set().union(*(parameter_names()[node] for node in nodes))
     for name, value in values.items():
-        if name in known or is_ros_parameter(name):
+        if name in names or is_ros_parameter(name):
             if value is None:
                 yield f"{source}: '{name}' of '{section}' has no value; write one, or leave the line out"
             elif isinstance(value, list) and len({type(element) for element in value}) > 1:
@@ -176,7 +176,7 @@ def _check_names(section: str, values: Mapping[str, Any], nodes: Sequence[str], 
         if owners:
             yield f"{source}: '{name}' of '{section}' belongs to {' and '.join(owners)}; write it there"
         else:
-            yield f"{source}: unknown parameter '{name}' of '{section}'; {nearest(name, known)}{_law_hint(name, known)}"
+            yield f"{source}: unknown parameter '{name}' of '{section}'; {nearest(name, names)}{_law_hint(name, names)}"
 
 
 def read_parameter_file(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
@@ -188,11 +188,11 @@ def read_parameter_file(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
     """
     source = str(path)
     try:
-        text = read_bounded(Path(path), PARAMETER_FILE).decode()
+        content = read_bounded(Path(path), PARAMETER_FILE).decode()
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
         raise ParameterError([f'{source}: cannot be read ({reason}); name an existing parameter file']) from error
-    tree = parse_yaml(text, source)
+    tree = parse_yaml(content, source)
     if tree is None:
         raise ParameterError([f"{source}: is empty; write '/**: {{ros__parameters: {{...}}}}' or leave the file out"])
     if not isinstance(tree, Mapping):
@@ -226,7 +226,7 @@ def read_override(override: Override) -> tuple[str, str, dict[str, Any]]:
 
     """
     if isinstance(override, str):
-        target, separator, text = override.partition(':=')
+        target, separator, written = override.partition(':=')
         source = f"-p '{override}'"
     else:
         target, separator, value = str(override[0]), ':=', _plain(override[1])
@@ -236,7 +236,7 @@ def read_override(override: Override) -> tuple[str, str, dict[str, Any]]:
         raise ParameterError([f'{source}: write NODE.PARAMETER:=VALUE, such as plant.duration:=16.0'])
     if section != '/**' and section.strip('/') not in NODES:
         raise ParameterError([f"{source}: there is no node '{section}'; {nearest(section, ['/**', *NODES])}"])
-    return source, section, {name: parse_yaml(text, source) if isinstance(override, str) else value}
+    return source, section, {name: parse_yaml(written, source) if isinstance(override, str) else value}
 
 
 def merge_sections(
@@ -254,21 +254,21 @@ def merge_sections(
     violations: list[str] = []
     reaching: set[str] = set()
     astray: dict[str, str] = {}
-    for source, section, given in sources:
+    for source, section, parameters in sources:
         nodes = addressed_nodes(section, names)
         if nodes:
             reaching.add(source)
-            violations += _check_names(section, given, nodes, source)
+            violations += _check_names(section, parameters, nodes, source)
         elif missed := unreached(section, names):
             reaching.add(source)
             violations.append(f'{source}: {missed}')
-        elif fault := misspelt(section, given):
+        elif fault := misspelt(section, parameters):
             reaching.add(source)
             violations.append(f'{source}: {fault}')
         elif reason := elsewhere(section, names):
             astray.setdefault(source, f'{source}: {reason}')
         for node in nodes:
-            values[node].update({name: value for name, value in given.items() if name in parameter_names()[node]})
+            values[node].update({name: value for name, value in parameters.items() if name in parameter_names()[node]})
     violations += [reason for source, reason in astray.items() if source not in reaching]
     if violations:
         raise ParameterError(violations)
@@ -277,17 +277,17 @@ def merge_sections(
 
 def files_of_others(sections: Iterable[tuple[str, str]], names: Mapping[str, str]) -> list[str]:
     """Describe the files of which no section is for one of the four nodes, from pairs of a file and its section."""
-    found: dict[str, list[str]] = {}
+    sections_by_file: dict[str, list[str]] = {}
     ours: set[str] = set()
     for file, section in sections:
-        found.setdefault(file, []).append(section)
+        sections_by_file.setdefault(file, []).append(section)
         if (addressed_nodes(section, names) or unreached(section, names) or elsewhere(section, names)
                 or misspelt(section, {})
                 or section.strip('/') == TRACK):
             ours.add(file)
     return [f"{file}: no section names a node of this package, only {shortened(', '.join(others), 60)}; write "
             f"'/**' or one of {', '.join(names)}, or leave the file out"
-            for file, others in found.items() if file not in ours]
+            for file, others in sections_by_file.items() if file not in ours]
 
 
 def located(values: dict[str, Any], folder: Path) -> dict[str, Any]:
@@ -343,8 +343,8 @@ def parameter_file_text(values: Mapping[str, Mapping[str, Any]]) -> str:
     """
     tree = {
         f'/**/{node}': {'ros__parameters': {
-            name: list(value) if isinstance(value, tuple) else value for name, value in given.items()}}
-        for node, given in values.items() if given
+            name: list(value) if isinstance(value, tuple) else value for name, value in parameters.items()}}
+        for node, parameters in values.items() if parameters
     }
     return dump_yaml(tree)
 
@@ -359,11 +359,11 @@ def save_configuration(file: Path, parameters: Configuration, robot: str | None 
     """Write a configuration as a parameter file, and a copy of the waypoints that it names beside it."""
     cart = parameters.reference_cart
     if cart.curve.curve == PATH and cart.path.file != NO_FILE:
-        given = Path(cart.path.file)
-        suffix = given.suffix if given.suffix in YAML_SUFFIXES else '.csv'
+        source = Path(cart.path.file)
+        suffix = source.suffix if source.suffix in YAML_SUFFIXES else '.csv'
         copy = file.with_name(f'{file.stem}.waypoints{suffix}')
-        write_atomically(copy, table_of(waypoints_in(cart.path)) if is_bag(given)
-                         else read_bounded(given, WAYPOINTS))
+        write_atomically(copy, table_of(waypoints_in(cart.path)) if is_bag(source)
+                         else read_bounded(source, WAYPOINTS))
         parameters = parameters._replace(reference_cart=cart._replace(
             path=cart.path._replace(file=copy.name, topic=NO_FILE)))
     write_atomically(file, configuration_text(parameters, robot))

@@ -81,11 +81,11 @@ def shipped(law: str) -> dict[str, Any]:
     2.2111
 
     """
-    found = shipped_set(law)
-    if found is None:
-        known = [name for name in LAWS if shipped_set(name)]
-        raise ParameterError([f"law = '{printable(law)}' has no shipped set; {nearest(law, known)}"])
-    return {f'{node}.{name}': value for node, values in found.values.items() for name, value in values.items()}
+    law_set = shipped_set(law)
+    if law_set is None:
+        names = [name for name in LAWS if shipped_set(name)]
+        raise ParameterError([f"law = '{printable(law)}' has no shipped set; {nearest(law, names)}"])
+    return {f'{node}.{name}': value for node, values in law_set.values.items() for name, value in values.items()}
 
 
 def gains_of(configuration: Configuration) -> str:
@@ -97,10 +97,9 @@ def gains_of(configuration: Configuration) -> str:
 
 def set_for(law: str, present: Present) -> LawSet | None:
     """Return the shipped set of a law if its robot and rates are those of the nodes with these parameters."""
-    found = shipped_set(law)
-    fits = found is not None and VELOCITY in present and present.get('plant', {}).get('drive') != 'velocity' and _fits(
-        found, present.get(POSITION, {}))
-    return found if fits else None
+    law_set = shipped_set(law)
+    takes_torque = VELOCITY in present and present.get('plant', {}).get('drive') != 'velocity'
+    return law_set if law_set and takes_torque and _fits(law_set, present.get(POSITION, {})) else None
 
 
 def _fits(found: LawSet, own: Mapping[str, Any]) -> bool:
@@ -126,11 +125,11 @@ def groups_set_by_user(present: Present) -> set[tuple[str, str]]:
                        for name, one in declarations(NODES[node]).items()} for node in (POSITION, VELOCITY)}
     users: set[tuple[str, str]] = set()
     for node, group in {_group(node, name) for values in sets for node, given in values.items() for name in given}:
-        known = [{name: value for name, value in values[node].items() if _group(node, name) == (node, group)}
-                 for values in (*sets, defaults)]
+        known_gains = [{name: value for name, value in values[node].items() if _group(node, name) == (node, group)}
+                       for values in (*sets, defaults)]
         ours = present.get(node, {})
         if group != LAW and not any(gains and all(ours.get(name) == value for name, value in gains.items())
-                                    for gains in known):
+                                    for gains in known_gains):
             users.add((node, group))
     return users
 
@@ -161,10 +160,10 @@ def law_note(sources: ParameterSources) -> str:
     configuration = sources.configuration()
     present = {node: _listed(part) for node, part in configuration._asdict().items()}
     law = configuration.position_controller.control.controller_type
-    found = set_for(law, present)
-    if found is None:
+    law_set = set_for(law, present)
+    if law_set is None:
         return ''
-    return _words(found, present, meant, f'take them with --params-file {found.given}')
+    return _words(law_set, present, meant, f'take them with --params-file {law_set.given}')
 
 
 def node_note(law: str, group: Any) -> str:
@@ -186,18 +185,18 @@ def node_note(law: str, group: Any) -> str:
     """
     own = _listed(group)
     # on the wall clock a robot may drive meanwhile, and no set is for it
-    found = shipped_set(law) if own['lockstep'] else None
-    if found is None or not _fits(found, own):
+    law_set = shipped_set(law) if own['lockstep'] else None
+    if law_set is None or not _fits(law_set, own):
         return ''
-    return _words(found, {POSITION: own}, set(), 'choose the law on the live page, which sets them and the velocity '
-                  f'gains, or start all nodes with --params-file {found.given}')
+    return _words(law_set, {POSITION: own}, set(), 'choose the law on the live page, which sets them and the velocity '
+                  f'gains, or start all nodes with --params-file {law_set.given}')
 
 
-def _words(found: LawSet, present: Present, meant: set[str], remedy: str) -> str:
+def _words(law_set: LawSet, present: Present, meant: set[str], remedy: str) -> str:
     """Return a line on the groups of a set that differ from present ones, or '' if only parameters meant so do."""
-    groups = sorted({_group(node, name) for node, values in differing(found, present).items() for name in values
+    groups = sorted({_group(node, name) for node, values in differing(law_set, present).items() for name in values
                      if name not in meant})
     if not groups:
         return ''
-    return (f'{LAW} = {found.law} changes the law alone: {" and ".join(f"{node}.{group}" for node, group in groups)} '
-            f'{"differs" if len(groups) == 1 else "differ"} from {found.given}; {remedy}')
+    return (f'{LAW} = {law_set.law} changes the law alone: {" and ".join(f"{node}.{group}" for node, group in groups)} '
+            f'{"differs" if len(groups) == 1 else "differ"} from {law_set.given}; {remedy}')

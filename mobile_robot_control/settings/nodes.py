@@ -8,7 +8,8 @@ from typing import Annotated, Any, NamedTuple
 from mobile_robot_control.control.approach import ApproachParameters
 from mobile_robot_control.control.laws import LAWS, PositionControl, select
 from mobile_robot_control.control.limits import TrackingLimit
-from mobile_robot_control.control.velocity_pi import VelocityGains, instability
+from mobile_robot_control.control.velocity_laws import VelocityControl, velocity_instability
+from mobile_robot_control.control.velocity_pi import VelocityGains
 from mobile_robot_control.model.base import base_violations
 from mobile_robot_control.model.friction import Friction
 from mobile_robot_control.model.motors import Motor
@@ -83,7 +84,7 @@ class VelocityControllerParameters(NamedTuple):
     """Parameters of the node `velocity_controller`."""
 
     shared: Annotated[Shared, INLINE] = Shared()
-    gains: VelocityGains = VelocityGains()
+    control: Annotated[VelocityControl, INLINE] = VelocityControl()
     cmd_vel_timeout: Annotated[
         float, Field('s', 'wall clock: time without cmd_vel after which the command falls to zero, 0 for never: larger '
                      'drives on longer',
@@ -93,6 +94,12 @@ class VelocityControllerParameters(NamedTuple):
         float, Field('N m', 'limit of each torque asked for, with anti-windup, 0 for none: larger accelerates harder',
                      minimum=0.0, live=True)
     ] = 0.0
+
+    @property
+    def gains(self) -> VelocityGains:
+        """Gains of the PI law."""
+        gains: VelocityGains = self.control.gains
+        return gains
 
 
 class PositionControllerParameters(NamedTuple):
@@ -250,9 +257,9 @@ def _law_prepares(parameters: PositionControllerParameters) -> Iterator[str]:
 
 @rule
 def _horizon_is_long(parameters: PositionControllerParameters) -> Iterator[str]:
-    law, given = LAWS[parameters.control.controller_type], parameters.shared.reference_horizon
-    if law.horizon > given:
-        yield (f"the law '{law.name}' needs reference_horizon = {law.horizon} or more, which is {given}; write it "
+    law, horizon = LAWS[parameters.control.controller_type], parameters.shared.reference_horizon
+    if law.horizon > horizon:
+        yield (f"the law '{law.name}' needs reference_horizon = {law.horizon} or more, which is {horizon}; write it "
                "under '/**', and start the nodes again")
 
 
@@ -285,11 +292,11 @@ def _unplaced(cart: ReferenceCartParameters) -> Iterator[str]:
 
 @rule
 def _corrections_have_a_frame(cart: ReferenceCartParameters) -> Iterator[str]:
-    given, shared = cart.localisation, cart.shared
-    if given.rate > 0.0 and not (shared.is_localised and shared.lockstep):
-        yield (f'localisation.rate = {given.rate:g} Hz draws corrections of path_frame in lockstep, and path_frame is '
-               f"'{shared.path_frame}'; set path_frame to map and lockstep to true, or leave it out")
-    if given.rate > 0.0 and awaits_path(cart):
+    localisation, shared = cart.localisation, cart.shared
+    if localisation.rate > 0.0 and not (shared.is_localised and shared.lockstep):
+        yield (f'localisation.rate = {localisation.rate:g} Hz draws corrections of path_frame in lockstep, and '
+               f"path_frame is '{shared.path_frame}'; set path_frame to map and lockstep to true, or leave it out")
+    if localisation.rate > 0.0 and awaits_path(cart):
         yield ('localisation.rate draws corrections for a path.file or a curve; name one, or leave it out: a path of '
                'the topic path is corrected by /tf')
     if shared.is_localised and not (shared.lockstep or cart.waiting.wait):
@@ -334,6 +341,7 @@ def _queues_are_short(plant: PlantParameters) -> Iterator[str]:
 def velocity_loop_is_stable(parameters: VelocityControllerParameters) -> Iterator[str]:
     """Refuse gains that are unstable at the rate; a base that takes velocity commands has no such loop."""
     shared = parameters.shared
-    found = instability(parameters.gains, shared.robot, shared.velocity_rate, shared.lockstep)
-    if found:
-        yield found
+    fault = velocity_instability(
+        parameters.control, shared.robot, parameters.max_wheel_torque, shared.velocity_rate, shared.lockstep)
+    if fault:
+        yield fault

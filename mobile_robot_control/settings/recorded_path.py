@@ -55,6 +55,6 @@ def _recorded(file: str, topic: str, _changed: int) -> Waypoints:
         held = f'paths or odometry on {", ".join(sorted(poses))}' if poses else f'no path and no odometry {wanted}'
         raise ParameterError([f'{file}: holds {held.strip()}; name one topic of type {_PATH} or {_ODOMETRY} with '
                               'path.topic'])
-    [(name, found)] = poses.items()
-    rows = [(f'{file}: {name} {n}', pose._asdict()) for n, pose in enumerate(found)]
+    [(name, waypoints)] = poses.items()
+    rows = [(f'{file}: {name} {n}', pose._asdict()) for n, pose in enumerate(waypoints)]
     return checked_waypoints(rows, file)._replace(frame=frames[name])

@@ -113,7 +113,7 @@ def shipped_tracks() -> dict[str, Path]:
     return {file.stem: file for file in sorted(folder.glob('*.yaml'))} if folder else {}
 
 
-def read_track(given: str) -> Track:
+def read_track(track: str) -> Track:
     """
     Read a track, by its name or by the path of its file.
 
@@ -123,10 +123,10 @@ def read_track(given: str) -> Track:
         If there is none of that name, or its file says what a track cannot have.
     """
     shipped = shipped_tracks()
-    if given not in shipped and not (os.path.lexists(given) or '/' in given or given.endswith(('.yaml', '.yml'))):
-        raise ParameterError([f"--tracks '{given}': there is no track of this name; {nearest(given, shipped)}; a file "
+    if track not in shipped and not (os.path.lexists(track) or '/' in track or track.endswith(('.yaml', '.yml'))):
+        raise ParameterError([f"--tracks '{track}': there is no track of this name; {nearest(track, shipped)}; a file "
                               'of your own is named by its path, such as ./my_track.yaml'])
-    file = shipped.get(given, Path(given))
+    file = shipped.get(track, Path(track))
     sections = {name.strip('/'): values for name, values in read_parameter_file(file)}
     if TRACK not in sections:
         raise ParameterError([f"{file}: has no section '{TRACK}'; write 'track: {{ros__parameters: {{purpose: "
@@ -146,23 +146,23 @@ def read_track(given: str) -> Track:
 
 def _published(file: Path, values: Mapping[str, Any]) -> tuple[str, tuple[Published, ...]]:
     """Return the publication, and what it reports, of the section of that name; gains and poses as they are."""
-    found: dict[str, Published] = {}
+    by_law: dict[str, Published] = {}
     violations = []
     for name, value in values.items():
         law, _, rest = name.partition('.')
         if not rest:
             continue
-        one = found.setdefault(law, Published(law, {}, {}, None))
+        entry = by_law.setdefault(law, Published(law, {}, {}, None))
         group, _, field = rest.partition('.')
         if rest == 'initial_pose':
-            found[law] = one._replace(initial_pose=value)
+            by_law[law] = entry._replace(initial_pose=value)
         elif group == 'gains' and field:
-            one.gains[field] = value
+            entry.gains[field] = value
         elif group == 'metrics' and field and type(value) in (int, float) and abs(value) <= LARGEST:
-            one.metrics[field] = float(value)
+            entry.metrics[field] = float(value)
         else:
             violations.append(f'{file}: {_PUBLISHED}: {shortened(f"{name} = {value!r}")} is not allowed; a law has '
                               'gains, initial_pose, and metrics with one number each')
     if violations:
         raise ParameterError(violations)
-    return str(values.get('source', '')), tuple(found.values())
+    return str(values.get('source', '')), tuple(by_law.values())

@@ -79,12 +79,12 @@ def _too_large(file: Path, kind: FileKind) -> OSError:
     return OSError(errno.EFBIG, f'is larger than a {kind.name} can be, {kind.largest} bytes', str(file))
 
 
-def parse_json(text: str | bytes) -> Any:
+def parse_json(document: str | bytes) -> Any:
     """Read JSON; raise ValueError if it is invalid, or nested too deep."""
     import json  # noqa: PLC0415 (nodes read no JSON, and start without it)
 
     try:
-        return json.loads(text)
+        return json.loads(document)
     except RecursionError:
         raise ValueError('nested too deep') from None
 

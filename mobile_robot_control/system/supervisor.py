@@ -106,10 +106,10 @@ def exit_after(seconds: int, code: int) -> Iterator[None]:
     try:
         library = ctypes.CDLL(None)
         event = Event(value=code, notify=_IN_A_THREAD, function=ctypes.cast(library._exit, ctypes.c_void_p))
-        made = library.timer_create(_MONOTONIC, ctypes.byref(event), ctypes.byref(timer)) == 0
+        has_timer = library.timer_create(_MONOTONIC, ctypes.byref(event), ctypes.byref(timer)) == 0
     except (AttributeError, TypeError):  # a system other than Linux, or an old one
-        made = False
-    if not made:
+        has_timer = False
+    if not has_timer:
         yield
         return
     library.timer_settime(timer, 0, ctypes.byref(Times(after=seconds)), None)
@@ -196,9 +196,9 @@ def _watch(watched: int, seconds: float, grace: float, name: str) -> None:
                 time.sleep(0.05)
             _kill(nodes)
             return
-        text = rest + received
+        buffer = rest + received
         deadline = time.monotonic() + seconds if b'.' in received else deadline
-        for node, done, stop in _MESSAGE.findall(text):
+        for node, done, stop in _MESSAGE.findall(buffer):
             if done:
                 return
             if node:
@@ -206,7 +206,7 @@ def _watch(watched: int, seconds: float, grace: float, name: str) -> None:
             if stop:
                 deadline = min(deadline, time.monotonic() + grace)
         # a partial message
-        rest = text[text.rfind(b'node'):] if re.search(rb'node \d*$', text) else b''
+        rest = buffer[buffer.rfind(b'node'):] if re.search(rb'node \d*$', buffer) else b''
     print(f'\n{name}: ROS 2 has not answered for too long; this process and its nodes are killed: the machine or '
           'its limits (ulimit) may leave too little room', file=sys.stderr)
     _kill([watched, *nodes])

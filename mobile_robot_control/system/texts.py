@@ -75,10 +75,10 @@ def describe_error(error: BaseException) -> str:
     if isinstance(error, KeyboardInterrupt):
         raise error
     try:
-        text = f'{type(error).__name__}: {error}'
+        described = f'{type(error).__name__}: {error}'
     except Exception:  # code from outside makes its text, too
-        text = type(error).__name__
-    return shortened(text)
+        described = type(error).__name__
+    return shortened(described)
 
 
 def located_error(error: BaseException) -> str:
@@ -115,14 +115,14 @@ class Returned(NamedTuple):
 
 def last_returned(repeat: Callable[[], Any]) -> Returned:
     """Repeat what has just failed, and return the last result of a function from outside in it."""
-    found = Returned()
+    last = Returned()
 
     def note(frame: Any, event: str, result: Any) -> None:
-        nonlocal found
+        nonlocal last
         # the class of a named tuple has code of its own
         own = str(frame.f_globals.get('__name__')).startswith('namedtuple_')
         if event == 'return' and _is_outside(frame.f_code.co_filename) and not own:
-            found = Returned(result, _place(frame.f_code.co_filename, frame.f_lineno))
+            last = Returned(result, _place(frame.f_code.co_filename, frame.f_lineno))
 
     before = sys.getprofile()
     sys.setprofile(note)
@@ -131,7 +131,7 @@ def last_returned(repeat: Callable[[], Any]) -> Returned:
             repeat()
     finally:
         sys.setprofile(before)
-    return found
+    return last
 
 
 def form_of(value: Any) -> str:
@@ -159,10 +159,10 @@ def distinct(names: Sequence[str]) -> list[str]:
     ['fuzzy_1', 'hybrid', 'fuzzy_2']
 
     """
-    made: list[str] = []
+    unique: list[str] = []
     for n, name in enumerate(names):
         numbers = itertools.count(names[:n + 1].count(name))
         # numbers that lead to another name are skipped
-        made.append(name if names.count(name) == 1 else next(
-            numbered for number in numbers if (numbered := f'{name}_{number}') not in {*made, *names}))
-    return made
+        unique.append(name if names.count(name) == 1 else next(
+            numbered for number in numbers if (numbered := f'{name}_{number}') not in {*unique, *names}))
+    return unique

@@ -2,6 +2,7 @@
 
 import pytest
 from helpers import chapter
+from helpers.observation import inputs
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
@@ -18,7 +19,7 @@ def respond(command, gains, seconds, rate=RATE, limit=0.0):
     """Yield the body velocity after each period of a step of the command, from rest."""
     plant, state, pi = discretise(ROBOT, 1.0 / rate), dynamics.at_rest(Pose(0.0, 0.0, 0.0)), VelocityPiState()
     for _ in range(round(seconds * rate)):
-        pi, torque = velocity_pi.step(pi, command, state.velocity, gains, ROBOT, limit, 1.0 / rate)
+        pi, torque = velocity_pi.step(pi, inputs(command, state.velocity), gains, ROBOT, limit, 1.0 / rate)
         state = dynamics.step(state, torque, plant)
         yield state.velocity
 

@@ -1,7 +1,9 @@
 """What a law sees in tests that care for error and reference alone, and what it answers."""
 
 from mobile_robot_control.control.law import NoState
-from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError
+from mobile_robot_control.control.velocity_law import VelocityInputs
+from mobile_robot_control.model.simulation import UNKNOWN_TORQUE
+from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Observation, Pose, Reference, TrackingError
 
 
 def observed(error, reference):
@@ -13,3 +15,8 @@ def ask(law, error, velocity, gains, dt=0.01, state=NoState()):  # noqa: B008 (i
     """Return the next state and the command of a law's module behind a cart of this velocity."""
     reference = Reference(Pose(0.0, 0.0, 0.0), BodyVelocity(*velocity))
     return law.step(state, observed(TrackingError(*error), reference), gains, dt)
+
+
+def inputs(command, measured=(0.0, 0.0), acceleration=NO_ACCELERATION, applied=UNKNOWN_TORQUE):
+    """Return the inputs of a velocity law."""
+    return VelocityInputs(BodyVelocity(*command), acceleration, BodyVelocity(*measured), applied)

@@ -1,5 +1,6 @@
-"""Ruff and strict mypy find nothing; modules are short."""
+"""Ruff and strict mypy find nothing; modules are short; variables are named for what they hold."""
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -7,6 +8,16 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / 'mobile_robot_control'
+# names of anything: they read well where all that they stand for is in sight
+GENERIC = {'one', 'found', 'text', 'given', 'asked', 'known', 'made'}
+# the texts of a page and of a file, which can be any
+NAMED = {('pages/page_parts.py', 'text'), ('parameters/plugins.py', 'text')}
+SHORT = 3
+_COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
+_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
+# until the branches that rename them meet
+_LATER = ('search', 'studying', 'benchmarking', 'planning', 'report', 'experiment', 'dashboard', 'requests.py')
 
 
 def _run(*arguments):
@@ -25,5 +36,51 @@ def test_strict_mypy_finds_nothing():
 
 
 def test_modules_are_short():
-    files = (ROOT / 'mobile_robot_control').rglob('*.py')
+    files = PACKAGE.rglob('*.py')
     assert not [str(path) for path in files if len(path.read_text(encoding='utf-8').splitlines()) > 400]
+
+
+def _lines(node):
+    """The lines of a loop or a comprehension, or of a function without signature and docstring."""
+    if not isinstance(node, _FUNCTIONS[:2]):
+        return node.end_lineno - node.lineno + 1
+    body = node.body[1:] if ast.get_docstring(node) is not None else node.body
+    return node.end_lineno - body[0].lineno + 1 if body else 0
+
+
+def _generic(node, in_sight=False):
+    """Yield the generic names that a syntax tree binds in more than a few lines, with their lines."""
+    for field, value in ast.iter_fields(node):
+        for child in value if isinstance(value, list) else [value]:
+            if not isinstance(child, ast.AST):
+                continue
+            short = in_sight or (isinstance(child, _COMPREHENSIONS + _FUNCTIONS) and _lines(child) <= SHORT) or (
+                isinstance(node, ast.For) and field == 'target' and _lines(node) <= SHORT)
+            name = child.arg if isinstance(child, ast.arg) else (
+                child.id if isinstance(child, ast.Name) and isinstance(child.ctx, ast.Store) else None)
+            if name in GENERIC and not short:
+                yield name, child.lineno
+            yield from _generic(child, short)
+
+
+@pytest.mark.parametrize(('text', 'names'), [
+    ('found = f()', ['found']),
+    ('def f(one):\n' + '    g()\n' * 3, []),
+    ('def f(one):\n' + '    g()\n' * 4, ['one']),
+    ('for one in f():\n' + '    g()\n' * 2, []),
+    ('for one in f():\n' + '    g()\n' * 3, ['one']),
+    ('for one in f():\n    made = g()', ['made']),
+    ('[one\n for one\n in f()]', []),
+    ('[one\n for one\n in f()\n]', ['one']),
+    ('class A:\n    text: str', ['text']),
+])
+def test_a_generic_name_is_bound_in_few_lines_only(text, names):
+    assert [name for name, _ in _generic(ast.parse(text))] == names
+
+
+def test_variables_are_named_for_what_they_hold():
+    files = {path.relative_to(PACKAGE).as_posix(): path for path in PACKAGE.rglob('*.py')}
+    bound = [(file, name, line) for file, path in files.items() if not {*Path(file).parts} & {*_LATER}
+             for name, line in _generic(ast.parse(path.read_text(encoding='utf-8')))]
+    assert not [f'{file}:{line}: {name}' for file, name, line in bound if (file, name) not in NAMED]
+    assert {(file, name) for file, name, _ in bound} >= NAMED

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from helpers import chapter
-from helpers.observation import observed
+from helpers.observation import inputs, observed
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
@@ -94,7 +94,7 @@ def driven(error, reference, gains):
 
 def torques(state, command, gains, robot=Robot(), limit=0.0):  # noqa: B008 (immutable)
     """Return the integrals and the torques of the velocity law for a robot at rest."""
-    return velocity_pi.step(state, command, REST, gains, robot, limit, 0.01)
+    return velocity_pi.step(state, inputs(command, REST), gains, robot, limit, 0.01)
 
 
 @given(POSES, POSES, ORDINARY, ORDINARY, ORDINARY)

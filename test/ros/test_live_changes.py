@@ -5,6 +5,7 @@ import math
 
 import pytest
 from helpers.harness import CONFIG
+from helpers.observation import inputs
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.laws import LAWS
@@ -69,8 +70,8 @@ def test_new_velocity_gains_act_from_a_position_tick_on(robot):
     for sample in recording.samples:
         measured, expected = body_velocity(sample.wheels, parameters.shared.robot), {}
         for k1 in (gains.k1, 0.25):
-            expected[k1] = velocity_pi.step(state, sample.command, measured, gains._replace(k1=k1),
-                                         parameters.shared.robot, 0.0, 0.002)
+            expected[k1] = velocity_pi.step(state, inputs(sample.command, measured), gains._replace(k1=k1),
+                                            parameters.shared.robot, 0.0, 0.002)
         if expected[gains.k1][1] != pytest.approx(sample.torque, abs=1e-9):
             gains = gains._replace(k1=0.25)
             changed_at.append(sample.time)

@@ -8,7 +8,8 @@ from typing import NamedTuple
 from mobile_robot_control.control import hybrid_backstepping
 from mobile_robot_control.control.hybrid_backstepping import HybridState
 from mobile_robot_control.control.laws import select
-from mobile_robot_control.control.velocity_pi import VelocityGains
+from mobile_robot_control.control.velocity_loop import velocity_form
+from mobile_robot_control.control.velocity_pi import LAW, VelocityGains
 from mobile_robot_control.loop.closed_loop import Sample, with_command
 from mobile_robot_control.loop.ticks import make_velocity_tick, start
 from mobile_robot_control.quantities import BodyVelocity, Observation
@@ -104,9 +105,11 @@ class Runs:
             [s].
         """
         configuration = self.configuration(ORDINARY_TRIFOLIUM)
-        controller = configuration.velocity_controller._replace(gains=STEP_GAINS)
+        controller = configuration.velocity_controller
+        controller = controller._replace(control=controller.control._replace(gains=STEP_GAINS))
         loop, state = start(configuration._replace(velocity_controller=controller))
-        velocity_tick, rate = make_velocity_tick(), configuration.plant.shared.velocity_rate
+        velocity_tick = make_velocity_tick(velocity_form(LAW, feeds=False))
+        rate = configuration.plant.shared.velocity_rate
         for k in range(round(duration * rate)):
             command = next((value for at, value in reversed(steps) if k / rate >= at), BodyVelocity(0.0, 0.0))
             yield StepTick(k / rate, command, state.robot.motion.velocity)

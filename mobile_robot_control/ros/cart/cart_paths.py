@@ -263,8 +263,8 @@ class WallClockPaths:
         from mobile_robot_control.ros.cart.path_planning import PathAnswer  # noqa: PLC0415 (NumPy)
 
         # the end of a goal of the action leaves a message that has come after it, to be planned from the stop on
-        asked = self._asked.told if self._asked is not None else NOTHING
-        later = next((told for told in (self._newest, asked)
+        question = self._asked.told if self._asked is not None else NOTHING
+        later = next((told for told in (self._newest, question)
                       if told.message and FOLLOW == topic != told.topic), NOTHING)
         self.drop()
         self._newest = later
@@ -301,10 +301,10 @@ class WallClockPaths:
     def begin(self) -> None:
         """Forget a path planned for the previous course."""
         self._ready = self._correction = None
-        asked = self._asked
-        if asked is not None:
-            self._newest = self._newest if self._newest.message else asked.told
-            self._give_up(asked)
+        question = self._asked
+        if question is not None:
+            self._newest = self._newest if self._newest.message else question.told
+            self._give_up(question)
 
     def due(self, _stamp: int) -> Due | None:
         """Return a stop, or a path that starts now or has been refused; plan the newest one."""
@@ -341,39 +341,39 @@ class WallClockPaths:
         # a path begins with the correction in use, and is led over then
         self._newest, self._correction = NOTHING, None if correction is not None else self._correction
 
-    def _look_after(self, asked: _Asked, now: int) -> None:
+    def _look_after(self, question: _Asked, now: int) -> None:
         """Receive the answer of the process, if it is there; replace a process that is suspended or takes too long."""
-        took, limit = time.monotonic() - asked.since, self._limit()
-        if asked.future.done():
+        took, limit = time.monotonic() - question.since, self._limit()
+        if question.future.done():
             self._asked = None
             self._lead = max(_SOON, 2.0 * took)
-            self._take_answer(asked, now)
+            self._take_answer(question, now)
         elif self._started().kill_suspended():
             self._node.get_logger().warning('the process that plans paths was suspended: another one takes its place')
             # the lead is for the time that planning takes
-            self._asked = asked._replace(since=time.monotonic())
+            self._asked = question._replace(since=time.monotonic())
         elif took > limit:
-            self._give_up(asked)
+            self._give_up(question)
             # a correction comes again
-            if asked.correction is None:
+            if question.correction is None:
                 from mobile_robot_control.ros.cart.planning_process import not_planned  # noqa: PLC0415 (NumPy)
 
-                self._ready = Due(not_planned(asked.told.topic, (
+                self._ready = Due(not_planned(question.told.topic, (
                     f'its plan takes longer than path.planning_time = {limit:g} s; publish fewer or nearer poses, '
                     'without sharp turns back, or raise it')), now)
 
-    def _take_answer(self, asked: _Asked, now: int) -> None:
+    def _take_answer(self, question: _Asked, now: int) -> None:
         """Keep a planned path until its start; one too late for it is planned again, for a later time."""
-        found = asked.future.result()
-        has_ended = self._course.has_ended(asked.begins)
-        if asked.begins >= now or has_ended or found.stops:
-            self._ready = Due(found, max(asked.begins, now) if has_ended else asked.begins)
-        elif asked.correction is not None:
-            self._correction = self._correction or asked.correction
+        answer = question.future.result()
+        has_ended = self._course.has_ended(question.begins)
+        if question.begins >= now or has_ended or answer.stops:
+            self._ready = Due(answer, max(question.begins, now) if has_ended else question.begins)
+        elif question.correction is not None:
+            self._correction = self._correction or question.correction
         elif self._newest.message:
             self._note_overtaken()
         else:
-            self._newest = asked.told
+            self._newest = question.told
 
     def close(self) -> None:
         """End the planning process."""

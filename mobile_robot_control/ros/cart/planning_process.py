@@ -65,8 +65,8 @@ class PlanningProcess:
             try:
                 pickle.dump(question, self._process.stdin)
                 self._process.stdin.flush()
-                found: PathAnswer = pickle.load(self._process.stdout)  # noqa: S301 (our own process)
-                return found
+                answer: PathAnswer = pickle.load(self._process.stdout)  # noqa: S301 (our own process)
+                return answer
             except (OSError, EOFError, pickle.UnpicklingError):
                 continue
         return not_planned(question.topic, 'the process that plans has ended twice; is there enough memory?')

@@ -89,9 +89,9 @@ class RobotWatch:
                          'it knows where it is, then call stop and release of the position controller')
             cart.get_logger().error(self.lost)
 
-    def references(self, given: tuple[Reference, ...]) -> tuple[Reference, ...]:
+    def references(self, references: tuple[Reference, ...]) -> tuple[Reference, ...]:
         """Return the references of a step, those of a standing cart at a lost robot."""
         if self.lost:
-            return (Standing(self._cart.pose).reference(0.0),) * len(given)
-        self._has_moved = self._has_moved or any(given[0].velocity)
-        return given
+            return (Standing(self._cart.pose).reference(0.0),) * len(references)
+        self._has_moved = self._has_moved or any(references[0].velocity)
+        return references

@@ -67,7 +67,7 @@ class StepNode(LoopNode[Any]):
     def step(self, inputs: Inputs, dt: float) -> Outputs:
         """Return the outputs of the step function."""
         self._state, outputs = self._own.step(
-            self._state, {topic: value for topic, (_, value) in inputs.given.items()}, self.parameters.own, dt)
+            self._state, {topic: value for topic, (_, value) in inputs.messages.items()}, self.parameters.own, dt)
         if outputs.keys() != self._own.outputs.keys():
             raise TypeError(f'the step of {self._own.name} returned {", ".join(outputs) or "nothing"}; its table of '
                             f'outputs has {", ".join(self._own.outputs)}')

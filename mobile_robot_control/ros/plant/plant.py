@@ -247,9 +247,9 @@ class Plant(LoopNode[PlantParameters]):
         """Move by one velocity period."""
         if not self._has_run:
             self.note_run(StampDecision.START)
-        asked = inputs.value(self._command)
+        request = inputs.value(self._command)
         push = self._disturbances.take(self._robot.k, self._mode.stamp(self)) if self._disturbances.waiting else None
-        self._saturated = self._robot.step(self._nothing if asked is None else asked, push)
+        self._saturated = self._robot.step(self._nothing if request is None else request, push)
         if self._robot.diverged:
             self.get_logger().fatal(f'the motion diverged at t = {self.now / 1e9:g} s: {self._robot.where}; '
                                     'lower the gains or raise the rates')

@@ -69,17 +69,17 @@ class SimulatedRobot:
         """Pose and velocity in words."""
         return f'{self.state.pose}, {self.state.velocity}'
 
-    def step(self, asked: BodyVelocity | WheelTorque, push: Push | None = None) -> bool:
+    def step(self, request: BodyVelocity | WheelTorque, push: Push | None = None) -> bool:
         """
         Move by one velocity period; return whether the robot gave less than the request [N m], [m/s], [rad/s].
 
         A push acts over this period in addition to other disturbances; a base has no forces and ignores it.
         """
         constants = self._constants if push is None else pushed(self._constants, push, self.k)
-        self._robot, acting, applied = self._step(self._robot, asked, self.k, constants)
+        self._robot, acting, applied = self._step(self._robot, request, self.k, constants)
         self.k += 1
-        if isinstance(asked, BodyVelocity):
-            return any(exceeds((one,), limit) for one, limit in zip(asked, self._model.base.max_speed, strict=True))
+        if isinstance(request, BodyVelocity):
+            return any(exceeds((one,), limit) for one, limit in zip(request, self._model.base.max_speed, strict=True))
         self.applied = applied
         return exceeds(acting, self._model.max_wheel_torque) or exceeds(acting, self._model.motor.stall_torque)
 

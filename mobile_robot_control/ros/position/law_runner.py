@@ -89,8 +89,8 @@ class LawRunner:
         """Return the command towards a waiting cart, up to a speed [m/s]; the law continues from it smoothly."""
         if self.failure:
             return _ZERO
-        self._approach, asked = approach_step(self._approach, error, speed)
-        command = limit_command(asked, self._running.command, self._running.limits, self._dt)
+        self._approach, towards_cart = approach_step(self._approach, error, speed)
+        command = limit_command(towards_cart, self._running.command, self._running.limits, self._dt)
         joining = bumpless_transfer.change(self._running, control, self._dt, restart=True)
         self._running = joining._replace(command=command)
         return command

@@ -94,8 +94,8 @@ class Namesakes:
             self._commands = subscribe_to(
                 self._listener, self._node.resolve_topic_name(COMMAND), lambda _: None, _LISTENS, self._kind)
         with self._commands.handle:
-            while found := self._commands.handle.take_message(self._commands.msg_type, self._commands.raw):
-                self._hear(*found)
+            while message := self._commands.handle.take_message(self._commands.msg_type, self._commands.raw):
+                self._hear(*message)
 
     def _hear(self, message: bytes, information: Any) -> None:
         if message in self._sent:

@@ -98,7 +98,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._age.note_step(inputs.stamp, pose, velocity, inputs.value('odom_time'))
         if self.parameters.compensate_latency:
             pose = carried_forward(pose, velocity, self._age.at(inputs.stamp, self.parameters.odom_latency))
-            reference = self._age.present(reference, inputs.stamp - inputs.given['reference'][0])
+            reference = self._age.present(reference, inputs.stamp - inputs.messages['reference'][0])
         observation = Observation(tracking_error(reference.pose, pose), reference, velocity, tuple(later))
         acceleration = mean_acceleration(reference, later[0]) if self._feeds else None
         command = self._guard.command(observation, inputs.stamp, self.parameters, acceleration)

@@ -47,13 +47,13 @@ class StopMemory:
     def recall(self) -> str:
         """Return the reason of a stop that holds; '' without one."""
         try:
-            text = read_bounded(self.file, _STOP).decode(errors='backslashreplace')
+            reason = read_bounded(self.file, _STOP).decode(errors='backslashreplace')
         except (FileNotFoundError, NotADirectoryError):
             return ''
         except OSError as error:
             # a stop whose reason cannot be read is a stop
             return f'{self.file} cannot be read ({error.strerror}); make it readable or remove it, then call release'
-        return text or f'{self.file} has no reason; call release to drive on'
+        return reason or f'{self.file} has no reason; call release to drive on'
 
     def keep(self, reason: str) -> str:
         """Write the reason of a stop, or remove the file for ''; return why that failed, '' if it did not."""

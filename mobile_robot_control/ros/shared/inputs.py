@@ -86,21 +86,21 @@ class InputMonitor:
         self._least.append({})
 
     def _find_ill_timed(self) -> None:
-        found: dict[str, str] = {}
+        ill_timed: dict[str, str] = {}
         for topic in self.sources:
             least = min((one[topic] for one in self._least if topic in one), default=0.0)
             latency = self.latencies.get(topic, 0.0)
             if least < -_AHEAD and not self._clock.is_simulated:
-                found[topic] = (f'{topic} is stamped {-least:.2f} s in the future: the clocks of two computers differ, '
-                                'or its publisher stamps ahead; let chrony or NTP set both clocks')
+                ill_timed[topic] = (f'{topic} is stamped {-least:.2f} s in the future: the clocks of two computers '
+                                    'differ, or its publisher stamps ahead; let chrony or NTP set both clocks')
             elif least > latency + _LATE:
-                found[topic] = (f'{topic} is {least:.2f} s old or more when it comes, and {latency:g} s are '
-                                'configured: the clocks of two computers differ, or its transport takes so long; let '
-                                'chrony or NTP set both clocks, or find the cause of the delay')
-        for topic, text in found.items():
+                ill_timed[topic] = (f'{topic} is {least:.2f} s old or more when it comes, and {latency:g} s are '
+                                    'configured: the clocks of two computers differ, or its transport takes so long; '
+                                    'let chrony or NTP set both clocks, or find the cause of the delay')
+        for topic, text in ill_timed.items():
             if topic not in self._ill_timed:
                 self._node.get_logger().warning(text)
-        self._ill_timed = found
+        self._ill_timed = ill_timed
 
     def problems(self) -> list[str]:
         """List problems of time and stamps, in words."""

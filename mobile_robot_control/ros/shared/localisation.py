@@ -73,15 +73,15 @@ class Frames:
 
     def _chain(self) -> list[Link]:
         """Return the transforms from the inner frame up to the outer one; [] where one is missing."""
-        found: list[Link] = []
+        chain: list[Link] = []
         frame = self._inner
         while frame != self._outer:
             link = self._links.get(frame)
-            if link is None or len(found) > len(self._links):
+            if link is None or len(chain) > len(self._links):
                 return []
-            found.append(link)
+            chain.append(link)
             frame = link.parent
-        return found
+        return chain
 
     def correction(self) -> tuple[int, Pose] | None:
         """Return the stamp [ns] of the newest moving transform, and the pose of the inner frame in the outer one."""
@@ -97,8 +97,8 @@ class Frames:
         """Return what is missing between the frames, in words; '' if nothing is."""
         if self._chain():
             return ''
-        known = ', '.join(f'{link.parent} -> {link.child}' for link in self._links.values()) or 'nothing'
-        return f'there is no transform from {self._outer} to {self._inner} on /tf, which has {known}'
+        links = ', '.join(f'{link.parent} -> {link.child}' for link in self._links.values()) or 'nothing'
+        return f'there is no transform from {self._outer} to {self._inner} on /tf, which has {links}'
 
 
 class LocalisationInput:

@@ -122,12 +122,12 @@ class LoopNode(Node, Generic[NodeGroup]):
         return publish_on(self, topic, self.kind(topic), event_callbacks=PublisherEventCallbacks(
             incompatible_qos=partial(self.watch.note_unfit, topic, 'subscription')))
 
-    def _subscribe(self, topic: str, one: Input) -> None:
+    def _subscribe(self, topic: str, source: Input) -> None:
         """Subscribe to a loop topic."""
         validate, take, policy = self.validator.validate, self._driver.take, self._driver.policy(topic)
 
         def receive(message: bytes) -> None:
-            valid = validate(topic, message, one.read, policy)
+            valid = validate(topic, message, source.read, policy)
             if valid is not None:
                 take(topic, valid)
 

@@ -98,32 +98,32 @@ class CheckedParameterService(ParameterService):
         self._group, self._declared, self._apply, self._refusals = group, declarations(group), apply, refusals
 
     def _set_parameters_callback(self, request: Any, response: Any) -> Any:
-        asked = request.parameters
-        if len(asked) > 1 and not self._checked(asked)[1]:
-            together = self._set(asked)
+        messages = request.parameters
+        if len(messages) > 1 and not self._checked(messages)[1]:
+            together = self._set(messages)
             if together.successful:
-                response.results = [together] * len(asked)
+                response.results = [together] * len(messages)
                 return response
-        response.results = [self._set([message]) for message in asked]
+        response.results = [self._set([message]) for message in messages]
         return response
 
     def _set_parameters_atomically_callback(self, request: Any, response: Any) -> Any:
         response.result = self._set(request.parameters)
         return response
 
-    def _set(self, asked: Sequence[Any]) -> SetParametersResult:
+    def _set(self, messages: Sequence[Any]) -> SetParametersResult:
         """Apply all or nothing."""
-        built, violations = self._checked(asked)
+        built, violations = self._checked(messages)
         if violations:
             return SetParametersResult(successful=False, reason='; '.join(violations))
-        asked = [one for one in asked if not self._is_unchanged(one)]
-        if not asked:
+        messages = [one for one in messages if not self._is_unchanged(one)]
+        if not messages:
             return SetParametersResult(successful=True)
         node = self._get_node()
-        result = node.set_parameters_atomically([self._converted(one) for one in asked])
-        changed = [one.name for one in asked if one.name in self._declared]
+        result = node.set_parameters_atomically([self._converted(one) for one in messages])
+        changed = [one.name for one in messages if one.name in self._declared]
         if not result.successful:
-            result.reason = f'{", ".join(one.name for one in asked)}: {result.reason}'
+            result.reason = f'{", ".join(one.name for one in messages)}: {result.reason}'
         elif changed:
             self._apply(built, {name: node.get_parameter(name).value for name in changed})
         return result
@@ -144,11 +144,11 @@ class CheckedParameterService(ParameterService):
         # declared, it is read as one
         value = Parameter.from_parameter_msg(message).value
         declared = self._declared.get(message.name)
-        text = f'[{", ".join(value)}]' if message.value.type == Parameter.Type.STRING_ARRAY.value else value
-        if declared is None or declared.kind not in (float, tuple) or not _EXPONENT.search(str(text)):
+        written = f'[{", ".join(value)}]' if message.value.type == Parameter.Type.STRING_ARRAY.value else value
+        if declared is None or declared.kind not in (float, tuple) or not _EXPONENT.search(str(written)):
             return value
         try:
-            read = parse_yaml(str(text), message.name)
+            read = parse_yaml(str(written), message.name)
         except ParameterError:
             return value
         return value if check_value(declared, read)[1] else read
@@ -160,9 +160,9 @@ class CheckedParameterService(ParameterService):
             return False
         present = node.get_parameter(name)
         if declared is None:
-            given = Parameter.from_parameter_msg(message)
+            requested = Parameter.from_parameter_msg(message)
             return (node.describe_parameter(name).read_only
-                    and (given.type_, given.value) == (present.type_, present.value))
+                    and (requested.type_, requested.value) == (present.type_, present.value))
         typed, violations = check_value(declared, self._value(message))
         return (not declared.field.live and not violations
                 and typed == (tuple(present.value) if declared.kind is tuple else present.value))
@@ -171,12 +171,12 @@ class CheckedParameterService(ParameterService):
         """Return the present value of each declared parameter."""
         return {name: self._get_node().get_parameter(name).value for name in self._declared}
 
-    def _checked(self, asked: Sequence[Any]) -> tuple[Any, list[str]]:
+    def _checked(self, messages: Sequence[Any]) -> tuple[Any, list[str]]:
         """Return the values of the group after a call, and every violation in it; nothing changes."""
-        formal = {message.name: found for message in asked for found in self._formal(message)}
-        times = Counter(message.name for message in asked)
+        formal = {message.name: found for message in messages for found in self._formal(message)}
+        times = Counter(message.name for message in messages)
         repeated = [f'{name} is given {count} times; give it once' for name, count in times.items() if count > 1]
-        changed = {message.name: self._value(message) for message in asked
+        changed = {message.name: self._value(message) for message in messages
                    if message.name in self._declared and message.name not in formal}
         try:
             built: Any = build(self._group, self._current() | changed)

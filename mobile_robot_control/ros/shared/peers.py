@@ -71,17 +71,17 @@ class PublisherWatch:
 
     def look(self) -> None:
         """Count publishers; log those of a topic once when it gets several."""
-        found = {topic: publisher_names(self._node, resolved) for topic, resolved in self._topics.items()
-                 if self._node.count_publishers(resolved) > 1}
+        several = {topic: publisher_names(self._node, resolved) for topic, resolved in self._topics.items()
+                   if self._node.count_publishers(resolved) > 1}
         # the name of a node is discovered after its publishers
-        found = {topic: names for topic, names in found.items() if '_UNKNOWN_' not in names}
-        for topic, names in found.items():
+        several = {topic: names for topic, names in several.items() if '_UNKNOWN_' not in names}
+        for topic, names in several.items():
             if topic not in self.several:
                 self._node.get_logger().warning(f'{topic} has several publishers: {names}; {_REMEDY}')
         for topic in self.several:
-            if topic not in found:
+            if topic not in several:
                 self._node.get_logger().info(f'{topic} has one publisher again')
-        self.several = found
+        self.several = several
         self._unconnected = {text: self._unconnected.get(text, 0) + 1 for text in self._find_unconnected()}
         for text, looks in self._unconnected.items():
             if looks == 2:  # not while a peer is discovered
@@ -94,14 +94,14 @@ class PublisherWatch:
         for topic, kind in self._kinds.items():
             resolved = self._topics[topic]
             publishes = any(publisher.topic_name == resolved for publisher in self._node.publishers)
-            found = (self._node.get_subscriptions_info_by_topic(resolved) if publishes
+            peers = (self._node.get_subscriptions_info_by_topic(resolved) if publishes
                      else self._node.get_publishers_info_by_topic(resolved))
             does, do = ('takes', 'publishes') if publishes else ('publishes', 'takes')
-            for info in found:
+            for info in peers:
                 if info.topic_type != kind and '_UNKNOWN_' not in info.node_name:
                     yield (f'{_full_name(info)} {does} {resolved} as {_short(info.topic_type)}, and this node {do} '
                            f'{_short(kind)}{_remedy(topic, kind)}')
-            if publishes and topic in _COMMANDS and kind not in {info.topic_type for info in found}:
+            if publishes and topic in _COMMANDS and kind not in {info.topic_type for info in peers}:
                 yield f'no node takes {resolved}: nothing moves the robot'
 
     def _deaf(self) -> Iterator[str]:
@@ -110,10 +110,10 @@ class PublisherWatch:
         for topic, nodes in self._listeners.items():
             listening = _participants(self._node.get_subscriptions_info_by_topic(self._node.resolve_topic_name(topic)))
             for node, published in nodes.items():
-                known: set[bytes] = set().union(*(
+                publishing: set[bytes] = set().union(*(
                     _participants(self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(other)))
                     for other in published))
-                if known and not known & listening:
+                if publishing and not publishing & listening:
                     yield f'{node} is discovered, but not as a listener of {topic}: start this node again'
 
     def note_unfit(self, topic: str, whose: str, event: Any) -> None:
@@ -132,11 +132,11 @@ class PublisherWatch:
         """
         policy = qos_policy_name_from_kind(event.last_policy_kind).lower()
         ours = 'subscription' if whose == 'publisher' else 'publisher'
-        text = (f'a {whose} on {topic} is not connected: its {policy} does not fit the {ours} of this node; make both '
-                f'reliable and volatile')
-        if self.unfit.get(topic) != text:
-            self.unfit[topic] = text
-            self._node.get_logger().warning(text)
+        warning = (f'a {whose} on {topic} is not connected: its {policy} does not fit the {ours} of this node; make '
+                   'both reliable and volatile')
+        if self.unfit.get(topic) != warning:
+            self.unfit[topic] = warning
+            self._node.get_logger().warning(warning)
 
     def problems(self) -> list[str]:
         """List the problems, in words."""

@@ -44,12 +44,12 @@ def check_environment(log_folder: Path | None = None) -> None:
 
 
 def _domain_faults() -> Iterator[str]:
-    text = os.environ.get('ROS_DOMAIN_ID', '')
+    domain = os.environ.get('ROS_DOMAIN_ID', '')
     # as C's strtoul reads it: 0x for hexadecimal, 0 for octal
-    octal = re.fullmatch('0[0-7]+', text)
-    known = octal or re.fullmatch('0[xX][0-9a-fA-F]+|0|[1-9][0-9]*', text)
-    if text and not (known and int(text, 8 if octal else 0) <= _LARGEST_DOMAIN):
-        yield f"ROS_DOMAIN_ID = '{text}' is no ROS domain; set it to a whole number of 0 to {_LARGEST_DOMAIN}"
+    octal = re.fullmatch('0[0-7]+', domain)
+    is_number = octal or re.fullmatch('0[xX][0-9a-fA-F]+|0|[1-9][0-9]*', domain)
+    if domain and not (is_number and int(domain, 8 if octal else 0) <= _LARGEST_DOMAIN):
+        yield f"ROS_DOMAIN_ID = '{domain}' is no ROS domain; set it to a whole number of 0 to {_LARGEST_DOMAIN}"
 
 
 def _middleware_faults() -> Iterator[str]:

@@ -48,7 +48,7 @@ class Inputs(NamedTuple):
     ----------
     stamp : int
         Of the step and its outputs [ns].
-    given : mapping of str to (int, object)
+    messages : mapping of str to (int, object)
         By topic the stamp [ns] and the content of a message; on the wall clock, silent inputs that are not needed are
         left out.
     age : callable
@@ -57,13 +57,13 @@ class Inputs(NamedTuple):
     """
 
     stamp: int
-    given: Mapping[str, tuple[int, Any]]
+    messages: Mapping[str, tuple[int, Any]]
     age: Callable[[str], float]
 
     def value(self, topic: str) -> Any:
         """Return the content of a message; None without one."""
-        given = self.given.get(topic)
-        return None if given is None else given[1]
+        message = self.messages.get(topic)
+        return None if message is None else message[1]
 
 
 class StampDecision(enum.Enum):

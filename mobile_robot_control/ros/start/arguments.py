@@ -84,8 +84,8 @@ def _options(arguments: Sequence[str]) -> _Options:
 def _remapped(options: _Options, targets: Iterable[str], node: str) -> str | None:
     """Return a node's new name by the first matching rule for a target such as '__ns'; None without a rule."""
     for option, rule in options:
-        target, found, value = rule.partition(':=')
-        if option in ('-r', '--remap') and found and target in {*targets, *(f'{node}:{name}' for name in targets)}:
+        target, separator, value = rule.partition(':=')
+        if option in ('-r', '--remap') and separator and target in {*targets, *(f'{node}:{name}' for name in targets)}:
             return value
     return None
 
@@ -118,11 +118,11 @@ def _sources(options: _Options, full: Mapping[str, str]) -> Iterator[_Source]:
             yield _rule(value, full)
 
 
-def _rule(text: str, full: Mapping[str, str]) -> _Source:
+def _rule(override: str, full: Mapping[str, str]) -> _Source:
     """Read one `-p`."""
-    target, _, value = text.partition(':=')
+    target, _, value = override.partition(':=')
     node, _, name = target.rpartition(':')
-    where = f"-p '{text}'"
+    where = f"-p '{override}'"
     present = full.get(node, f'/{node}').rpartition('/')[2]
     if node and not addressed_nodes(node, full) and addressed_nodes(f'/**/{present}', full):
         if node != present and addressed_nodes(present, full):
@@ -132,7 +132,7 @@ def _rule(text: str, full: Mapping[str, str]) -> _Source:
         raise ParameterError([f"{where}: reaches no node in the namespace '{namespace}'; "
                               f"write '{name}: {value}' under '/**/{present}' of a file"])
     in_root = {namespace_of(each) for each in full.values()} == {'/'}
-    return _Source(where, node or '/**', {name: parse_yaml(value, where)}, '' if node or not in_root else text)
+    return _Source(where, node or '/**', {name: parse_yaml(value, where)}, '' if node or not in_root else override)
 
 
 def _losing(sources: Sequence[_Source], node: str, full: Mapping[str, str]) -> Iterator[str]:

@@ -71,8 +71,9 @@ def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: Any = 
     code = 1
     try:
         for name in names:
-            made = load(name if own is None else 'own_node')
-            nodes.append(made(own) if own is not None else made(of_cart) if name == 'reference_cart' else made())
+            make_node = load(name if own is None else 'own_node')
+            nodes.append(make_node(own) if own is not None else
+                         make_node(of_cart) if name == 'reference_cart' else make_node())
     except ParameterError as error:
         code = refuse(label, error.violations)
     except ParameterException as error:  # a parameter of ROS's own, such as use_sim_time: 3

@@ -128,13 +128,13 @@ def calling_step(state, observation, gains, dt):
 def test_powers_and_calls_are_named_with_their_lines():
     found = suspects(calling_step)
     first, power = calling_step.__code__.co_firstlineno, _fourth_power.__code__.co_firstlineno
-    assert [(one.line, one.text) for one in found] == [(first + 2, 'math.log(dt, 2.0)'), (power + 1, 'x **= 4')]
+    assert [(one.line, one.expression) for one in found] == [(first + 2, 'math.log(dt, 2.0)'), (power + 1, 'x **= 4')]
     assert {one.file for one in found} == {__file__}
 
 
 def test_what_a_step_is_bound_to_is_looked_into():
     power = _fourth_power
-    assert [one.text for one in suspects(lambda state, observation, gains, dt: (state, power(dt)))] == ['x **= 4']
+    assert [one.expression for one in suspects(lambda state, observation, gains, dt: (state, power(dt)))] == ['x **= 4']
 
 
 @pytest.mark.parametrize('step', [broken_laws.sound_step, len, partial(math.fmod, 2.0)])
@@ -233,6 +233,6 @@ def test_the_functions_of_the_page_are_those_of_this_test_and_of_the_check():
     # exp2 is of Python 3.11
     used = inspect.getsource(basic) + inspect.getsource(transcendental)
     assert {name for name in _row('equal to the last bit') - {'exp2'} if not re.search(rf'\b{name}\(', used)} == set()
-    assert [one.text for one in suspects(basic)] == []
+    assert [one.expression for one in suspects(basic)] == []
     assert set(DIFFERENT) - {'pow'} == _row('different in last bits') - {'sqrt', 'of', 'y'}
     assert set(UNCOMPILED) == {name for name in _row('not compiled') if not name.isdigit()} - {'log', 'float'}

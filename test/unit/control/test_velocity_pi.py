@@ -5,14 +5,21 @@ import re
 
 import pytest
 from helpers import chapter
+from helpers.observation import inputs
 from scipy.integrate import solve_ivp
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.compensation import inverse_dynamics
+from mobile_robot_control.control.velocity_loop import (
+    Asked,
+    VelocityConstants,
+    VelocityState,
+    make_velocity_step,
+    velocity_form,
+)
 from mobile_robot_control.control.velocity_pi import (
     VelocityGains,
     VelocityPiState,
-    fed_step,
     instability,
     slowest_stable_rate,
     spectral_radius,
@@ -28,8 +35,7 @@ EVOLVED = VelocityGains(**chapter.EVOLVED_VELOCITY_GAINS)
 
 
 def step(state, command, measured=(0.0, 0.0), gains=GAINS, limit=0.0, dt=0.01):
-    return velocity_pi.step(VelocityPiState(*state), BodyVelocity(*command), BodyVelocity(*measured), gains, ROBOT,
-                            limit, dt)
+    return velocity_pi.step(VelocityPiState(*state), inputs(command, measured), gains, ROBOT, limit, dt)
 
 
 def test_equations_16_and_17_with_hand_numbers():
@@ -149,7 +155,9 @@ def test_torques_of_the_motion_alone_are_fed_forward_and_limits_do_not_wind_the_
     command, acceleration, age = BodyVelocity(0.4, -0.2), BodyAcceleration(0.3, 0.5), 0.008
     present = BodyVelocity(0.4 + 0.3 * age, -0.2 + 0.5 * age)
     own = inverse_dynamics(present, acceleration, Robot())
+    step = make_velocity_step(velocity_form(velocity_pi.LAW, feeds=True))
     for asked, when, limit, torque in ((acceleration, age, 0.0, own), (BodyAcceleration(1e2, 0.0), 0.0, 2.0, (2, 2))):
         measured = present if limit == 0.0 else command
-        found = fed_step(VelocityPiState(), command, asked, when, measured, VelocityGains(), Robot(), limit, 0.002)
+        constants = VelocityConstants(VelocityGains(), limit, Robot())
+        found = step(VelocityState(VelocityPiState()), Asked(command, asked, when), measured, constants, 0.002)
         assert found == (VelocityPiState(), torque)

@@ -148,7 +148,7 @@ def test_a_search_begins_with_velocity_gains_that_are_stable():
     scored = objective_of(loop, genes=search_genes('backstepping', True))
     drawn = np.random.default_rng(1).random((50, 8))
     begun = scored.begin(drawn)
-    gains = [scored.gains(point).velocity for point in begun.tolist()]
+    gains = [scored.gains(point).velocity.gains for point in begun.tolist()]
     shared = loop.plant.shared
     assert all(is_stable(one, shared.robot, shared.velocity_rate, shared.lockstep) for one in gains)
     assert (begun[:, :4] == drawn[:, :4]).all()

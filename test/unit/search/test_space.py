@@ -52,7 +52,7 @@ def test_every_chromosome_decodes_to_a_valid_controller_within_bounds(controller
     found = decode(genes, [number / 4096 for number in numbers], START)
     # the check of the node
     assert build(PositionControl, flatten(found.control)) == found.control
-    assert min(found.velocity) > 0.0
+    assert min(found.velocity.gains) > 0.0
     searched = {name.rpartition('.')[2]: value for parameters in space.parameters(genes, found).values()
                 for name, value in parameters.items()}
     # b1 to b6 are the array b, whose numbers are exchanged until they are in order
@@ -79,7 +79,7 @@ def test_corners_in_order_stay_and_others_are_exchanged():
 
 def test_a_velocity_search_keeps_the_law_and_a_fuzzy_search_the_velocity_gains():
     velocity = decode(search_genes('velocity'), [0.5] * 4, START)
-    assert velocity.velocity == (10.0, 30.0, 10.0, 30.0)
+    assert velocity.velocity.gains == (10.0, 30.0, 10.0, 30.0)
     assert velocity.control == START.control
     fuzzy = decode(search_genes('fuzzy'), [0.5] * 15, START)
     assert fuzzy.velocity == START.velocity
@@ -99,7 +99,7 @@ def test_searched_gains_have_the_names_of_the_parameter_file():
 def test_given_bounds_are_used_and_checked():
     genes = bounded(search_genes('backstepping'), {'k1': (1.0, 2.0)})
     found = decode(genes, [1.0] * 8, START)
-    assert found.velocity.k1 == 2.0
+    assert found.velocity.gains.k1 == 2.0
     with pytest.raises(ParameterError) as refused:
         bounded(search_genes('fuzzy'), {'k1': (0.0, 1.0), 'a': (-1.0, 1.0), 'b2': (0.0, 4.0), 'c1': (1.0, 0.0)})
     assert len(refused.value.violations) == 4
@@ -112,7 +112,7 @@ def test_a_search_leaves_alone_what_it_is_told_to_keep():
     found = decode(genes, [0.5] * len(genes), START)
     assert found.control.fuzzy.b == START.control.fuzzy.b
     assert found.control.fuzzy.c[4] == START.control.fuzzy.c[4]
-    assert found.velocity.k1 == START.velocity.k1
+    assert found.velocity.gains.k1 == START.velocity.gains.k1
     assert found.control.fuzzy.a == 0.5
 
 

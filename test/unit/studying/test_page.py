@@ -9,10 +9,9 @@ from helpers.measuring import configuration
 from helpers.processes import wait_until
 
 from mobile_robot_control.analysis.promises import promise
-from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop.monte_carlo import Judged, ScenarioDistribution, draw_scenarios, judge
 from mobile_robot_control.loop.scenarios import scenario_trial
-from mobile_robot_control.loop.trial import make_rollout
+from mobile_robot_control.loop.trial import make_rollout, steps_of
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
@@ -40,7 +39,7 @@ NEAR = Judgement('near the cart')
 def outcome(trial):
     """The measured outcome of a trial in plain Python."""
     curve, placement = CURVES[trial.curve], trial.placement
-    roll = make_rollout(LAWS[trial.law].step, lambda _, n: (reference_at(curve, n * 20_000_000 / 1e9, placement),),
+    roll = make_rollout(steps_of(trial), lambda _, n: (reference_at(curve, n * 20_000_000 / 1e9, placement),),
                         trial.form)
     return roll(trial.state, trial.loop, None, trial.steps, trial.ratio, trial.late)
 

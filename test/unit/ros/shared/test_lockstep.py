@@ -32,7 +32,7 @@ class Counting:
     def step(self, inputs, dt):
         assert dt == D / 1e9
         self.steps += 1
-        return self.steps, {topic: (*one, round(inputs.age(topic) * 1e9)) for topic, one in inputs.given.items()}
+        return self.steps, {topic: (*one, round(inputs.age(topic) * 1e9)) for topic, one in inputs.messages.items()}
 
     def note_step(self, stamp):
         assert self.published[-1][0] == stamp

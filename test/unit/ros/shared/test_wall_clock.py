@@ -39,7 +39,7 @@ class Robot:
 
     def step(self, inputs, dt):
         assert dt == 0.1
-        return ''.join(topic[0] for topic in inputs.given)
+        return ''.join(topic[0] for topic in inputs.messages)
 
     def publish(self, stamp, outputs):
         assert stamp == round(self.now * 1e9)
