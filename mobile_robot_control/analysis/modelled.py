@@ -78,6 +78,8 @@ EFFECTS = (
     Effect('limit of the acceleration', (
         'plant.base.max_acceleration', 'plant.base.max_deceleration', 'position_controller.limits.*_acceleration'),
            find='command full speed from rest and take the slope of odom'),
+    Effect('mass and friction beyond the nominal ones', ('plant.mass_factor', 'plant.friction_factor'), smooth=True,
+           off=1.0),
     Effect('noise', ('plant.noise.pose', 'plant.noise.velocity')),
     Effect('disturbance', ('plant.disturbance.impulse', 'plant.disturbance.step'), TORQUE),
 )

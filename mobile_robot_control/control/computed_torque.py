@@ -6,9 +6,12 @@ With the mass centre at a distance d ahead of the axle, Eq. (13)-(14) with the C
     m dv/dt = (τ_R + τ_L)/r - 2 K v/r² + M d ω²
     J dω/dt = R (τ_R - τ_L)/r - 2 K R² ω/r² - M d ω v
 
-with m = 2 (A + B)/r², J = 2 R² (A - B)/r². The law asks for the accelerations a = dv_c/dt + k (v_c - v) + k_i ∫(v_c - v)
-of both channels and solves for the torques, so that e = v_c - v obeys ë + k ė + k_i e = 0: it has the double root -k/2
-with k_i = k²/4. Without feedforward dv_c/dt is 0.
+with m = 2 (A + B)/r², J = 2 R² (A - B)/r². In both channels the law asks for the acceleration
+
+    a = dv_c/dt + k (v_c - v) + k_i ∫(v_c - v)
+
+and solves for the torques, so that e = v_c - v obeys ë + k ė + k_i e = 0: it has the double root -k/2 with
+k_i = k²/4. Without feedforward dv_c/dt is 0.
 
 Source: R. Fierro, F. L. Lewis: Control of a Nonholonomic Mobile Robot: Backstepping Kinematics into Dynamics, J. of
 Robotic Systems 14(3), 1997, inner loop. Their derivative is that of the whole command; here it is the reference's.
@@ -40,8 +43,8 @@ class ComputedTorqueGains(NamedTuple):
               'overshoot; 0 for none', minimum=0.0, live=True, search=((0.0, 100.0),) * 2, length=2)
     ] = (25.0, 25.0)
     centripetal_coupling: Annotated[
-        bool, Field('', 'cancel the Coriolis pair of a mass centre ahead of the axle, which the chapter omits and a real '
-                    'robot has: as plant.centripetal_coupling', live=True)
+        bool, Field('', 'cancel the Coriolis pair of a mass centre beside the axle, which a real robot has and the '
+                    'chapter omits: as plant.centripetal_coupling', live=True)
     ] = False
 
 

@@ -45,8 +45,8 @@ class TorqueSlidingGains(NamedTuple):
               live=True, search=((0.0, 1.0), (0.0, 4.0)), length=2)
     ] = (0.1, 0.4)
     centripetal_coupling: Annotated[
-        bool, Field('', 'cancel the Coriolis pair of a mass centre ahead of the axle, which the chapter omits and a real '
-                    'robot has: as plant.centripetal_coupling', live=True)
+        bool, Field('', 'cancel the Coriolis pair of a mass centre beside the axle, which a real robot has and the '
+                    'chapter omits: as plant.centripetal_coupling', live=True)
     ] = False
 
 
@@ -65,11 +65,12 @@ def step(
     (slope, slope_turn), (rate, rate_turn), (layer, layer_turn) = gains.slope, gains.rate, gains.layer
     error = BodyVelocity(inputs.command.linear - inputs.measured.linear,
                          inputs.command.angular - inputs.measured.angular)
-    asked = torques_for(inputs.measured, BodyAcceleration(
+    acceleration = BodyAcceleration(
         inputs.acceleration.linear + slope * error.linear
         + rate * saturation(error.linear + slope * state.linear, layer),
         inputs.acceleration.angular + slope_turn * error.angular
-        + rate_turn * saturation(error.angular + slope_turn * state.angular, layer_turn)), gains.centripetal_coupling, robot)
+        + rate_turn * saturation(error.angular + slope_turn * state.angular, layer_turn))
+    asked = torques_for(inputs.measured, acceleration, gains.centripetal_coupling, robot)
     torque = saturate(asked, limit)
     linear, angular = state
     if not (asked.right + asked.left - torque.right - torque.left) * error.linear > 0.0:

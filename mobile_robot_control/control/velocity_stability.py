@@ -7,12 +7,13 @@ law have a radius of exactly 1. A law without a derivative there, such as one th
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
-from mobile_robot_control.control.velocity_law import VelocityInputs, VelocityLaw
+from mobile_robot_control.control.velocity_law import VelocityInputs, VelocityLaw, VelocityLawStep
 from mobile_robot_control.control.velocity_pi import roots_inside
+from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.discretisation import DiscretePlant, discretise
 from mobile_robot_control.model.motors import saturate
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
@@ -26,67 +27,121 @@ _SETTLES, _OBSERVED = 6.0, 1.0
 """[s]: time for a command to settle, and time over which it is then observed."""
 _STEP, _AGREEMENT = 1e-6, 1e-3
 """Step of the differences, relative above 1; relative difference of two slopes of a differentiable function."""
+_LINK = 1e-7
+"""Slopes below are zero: those of free integrators, where a command has settled but for rounding."""
 _CHATTER = 0.02
 """[m/s], [rad/s]: largest lasting oscillation of a law that has no derivative."""
+_FASTEST = 1e3
+"""[m/s], [rad/s]: a loop beyond has diverged."""
+_REST = WheelTorque(0.0, 0.0)
 
 
-class _Loop:
-    """The loop of a law and a plant with a delay of whole samples, at a held command."""
+class LoopPoint(NamedTuple):
+    """
+    A point of the velocity loop.
 
-    def __init__(
-        self, law: VelocityLaw, gains: Any, robot: Robot, limit: float, plant: DiscretePlant, delay: int,
-    ) -> None:
-        self._law, self._gains, self._robot, self._limit, self._plant = law, gains, robot, limit, plant
-        self.delay = delay
-        self._state_of = reader(shape_of(law.start))
-        self.states = 2 + len(flat(law.start)) + 2 * (delay + law.reads_applied)
+    Attributes
+    ----------
+    velocity : BodyVelocity
+        [m/s], [rad/s].
+    law : NamedTuple
+        State of the law.
+    applied, first, second : WheelTorque
+        Applied over the last period, and those under way with a delay of one and of two samples [N m].
+    """
 
-    def start(self) -> list[float]:
-        """Return the numbers of the loop at rest."""
-        return [0.0, 0.0, *flat(self._law.start)] + [0.0] * (2 * (self.delay + self._law.reads_applied))
+    velocity: BodyVelocity
+    law: Any
+    applied: WheelTorque = _REST
+    first: WheelTorque = _REST
+    second: WheelTorque = _REST
 
-    def step(self, numbers: Sequence[float], command: BodyVelocity) -> list[float]:
-        """Return velocity, law and delayed torques after a period."""
-        size = 2 + len(flat(self._law.start))
-        v, omega, waiting = numbers[0], numbers[1], list(numbers[size:])
-        applied = WheelTorque(math.nan, math.nan)
-        if self._law.reads_applied:
-            applied = WheelTorque(*waiting[:2])
-            waiting = waiting[2:]
-        inputs = VelocityInputs(command, NO_ACCELERATION, BodyVelocity(v, omega), applied)
-        state, asked = self._law.step(
-            self._state_of(numbers[2:size]), inputs, self._gains, self._robot, self._limit, self._plant.dt)
-        waiting += [*saturate(asked, self._limit)]
-        acting, waiting = WheelTorque(*waiting[:2]), waiting[2:]
-        robot, along, around = self._robot, self._plant.linear.end, self._plant.angular.end
+
+class _Constants(NamedTuple):
+    """Gains, nominal robot, limit of the torques [N m] and plant of a loop, and its delay in samples."""
+
+    gains: Any
+    robot: Robot
+    limit: float
+    plant: DiscretePlant
+    delay: int
+
+
+@lru_cache(maxsize=32)
+def make_loop_step(law_step: VelocityLawStep) -> Callable[[LoopPoint, BodyVelocity, _Constants], LoopPoint]:
+    """Make the step ``(point, command, constants) -> point`` of a law's loop over a period, plain or to be compiled."""
+    @jitable
+    def loop_step(point: LoopPoint, command: BodyVelocity, constants: _Constants) -> LoopPoint:
+        gains, robot, limit, plant, delay = constants
+        inputs = VelocityInputs(command, NO_ACCELERATION, point.velocity, point.applied)
+        law, asked = law_step(point.law, inputs, gains, robot, limit, plant.dt)
+        torque = saturate(asked, limit)
+        acting, first, second = torque, point.first, point.second
+        if delay == 1:
+            acting, first = first, torque
+        elif delay == 2:
+            acting, first, second = first, second, torque
+        along, around = plant.linear.end, plant.angular.end
         # Eq. (13) and (14)
         push = 0.5 * robot.wheel_radius * (acting.right + acting.left) / linear_inertia(robot)
         twist = (0.5 * robot.wheel_radius * (acting.right - acting.left)
                  / (half_separation(robot) * angular_inertia(robot)))
-        kept = [*acting] if self._law.reads_applied else []
-        return [along.decay * v + along.gain * push, around.decay * omega + around.gain * twist, *flat(state), *kept,
-                *waiting]
+        v, omega = point.velocity
+        velocity = BodyVelocity(along.decay * v + along.gain * push, around.decay * omega + around.gain * twist)
+        return LoopPoint(velocity, law, acting, first, second)
+
+    return loop_step
 
 
-def _matrix(loop: _Loop, at: Sequence[float], command: BodyVelocity) -> list[list[float]] | None:
+@lru_cache(maxsize=32)
+def make_settling(law_step: VelocityLawStep) -> Callable[..., tuple[LoopPoint, float]]:
+    """
+    Make the function that holds a command until a law's loop has settled, plain or to be compiled.
+
+    It is ``settling(point, command, constants, steps, watched) -> (point, swing)``: the swing of the velocities from
+    the watched step on [m/s], [rad/s]; infinite where they grow without bound.
+    """
+    loop_step = make_loop_step(law_step)
+
+    def settling(
+        point: LoopPoint, command: BodyVelocity, constants: _Constants, steps: int, watched: int
+    ) -> tuple[LoopPoint, float]:
+        low = high = low_turn = high_turn = math.nan
+        for n in range(steps):
+            point = loop_step(point, command, constants)
+            v, omega = point.velocity
+            if not (abs(v) < _FASTEST and abs(omega) < _FASTEST):
+                return point, math.inf
+            if n == watched:
+                low = high = v
+                low_turn = high_turn = omega
+            elif n > watched:
+                low, high, low_turn, high_turn = min(low, v), max(high, v), min(low_turn, omega), max(high_turn, omega)
+        return point, max(high - low, high_turn - low_turn)
+
+    return settling
+
+
+def _matrix(law: VelocityLaw, at: LoopPoint, command: BodyVelocity, constants: _Constants) -> list[list[float]] | None:
     """Return the derivative of a step, by rows, of the states between measurement and torque; None without one."""
-    count = len(at)
+    step, numbers = make_loop_step(law.step), flat(at)
+    point_of, count = reader(shape_of(at)), len(numbers)
     columns = []
-    for n, number in enumerate(at):
+    for n, number in enumerate(numbers):
         slopes = []
         for size in (_STEP, 0.3 * _STEP):
             change = size * max(1.0, abs(number))
             ends = []
             for sign in (1.0, -1.0):
-                moved = list(at)
+                moved = list(numbers)
                 moved[n] += sign * change
-                ends.append(loop.step(moved, command))
+                ends.append(flat(step(point_of(moved), command, constants)))
             slopes.append([(a - b) / (2.0 * change) for a, b in zip(*ends, strict=True)])
         largest = max(1.0, *map(abs, slopes[0]))
         if any(abs(a - b) > _AGREEMENT * largest for a, b in zip(*slopes, strict=True)):
             return None
         columns.append(slopes[0])
-    links = [[columns[j][i] != 0.0 for j in range(count)] for i in range(count)]
+    links = [[abs(columns[j][i]) > _LINK for j in range(count)] for i in range(count)]
     # the measured velocities reach the torque, and the torque the velocities
     seen, felt = _reached(links, (0, 1)), _reached([[links[j][i] for j in range(count)] for i in range(count)], (0, 1))
     kept = [n for n in range(count) if n in seen and n in felt]
@@ -123,19 +178,16 @@ def characteristic(matrix: Sequence[Sequence[float]]) -> list[float]:
     return polynomial
 
 
-def _fault_at(loop: _Loop, command: BodyVelocity, dt: float) -> str:
+def _fault_at(
+    law: VelocityLaw, command: BodyVelocity, constants: _Constants, settling: Callable[..., tuple[LoopPoint, float]]
+) -> str:
     """Return why a loop is unstable at a held command; '' if it is stable."""
-    where = f'at a command of {command.linear:g} m/s, {command.angular:g} rad/s'
-    numbers = loop.start()
-    observed = []
-    for n in range(round((_SETTLES + _OBSERVED) / dt)):
-        numbers = loop.step(numbers, command)
-        if not all(map(math.isfinite, numbers)) or max(abs(numbers[0]), abs(numbers[1])) > 1e3:
-            return f'the velocity grows without bound {where}'
-        if n * dt >= _SETTLES:
-            observed.append(numbers[:2])
-    swing = max(max(column) - min(column) for column in zip(*observed, strict=True))
-    matrix = _matrix(loop, numbers, command)
+    where, dt = f'at a command of {command.linear:g} m/s, {command.angular:g} rad/s', constants.plant.dt
+    point, swing = settling(LoopPoint(BodyVelocity(0.0, 0.0), law.start), command, constants,
+                            round((_SETTLES + _OBSERVED) / dt), round(_SETTLES / dt))
+    if not math.isfinite(swing):
+        return f'the velocity grows without bound {where}'
+    matrix = _matrix(law, point, command, constants)
     if matrix is not None:
         return '' if roots_inside(characteristic(matrix), 1.0) else f'the linearised loop is unstable {where}'
     return f'the velocity swings by {swing:.2g} for ever {where}' if swing > _CHATTER else ''
@@ -144,6 +196,7 @@ def _fault_at(loop: _Loop, command: BodyVelocity, dt: float) -> str:
 @lru_cache(maxsize=64)
 def instability_of(
     law: VelocityLaw, gains: Any, robot: Robot, limit: float, rate: float, lockstep: bool,
+    settling: Callable[..., tuple[LoopPoint, float]] | None = None,
 ) -> str:
     """
     Explain why the sampled loop of a velocity law is unstable; '' if it is stable.
@@ -162,19 +215,21 @@ def instability_of(
         Sampling rate [Hz].
     lockstep : bool
         True checks the loop without delay, False with one and two samples of delay, as on the wall clock.
+    settling : callable or None
+        That of `make_settling` for the law, compiled.
     """
-    dt = 1.0 / rate
-    plant = discretise(robot, dt)
+    plant = discretise(robot, 1.0 / rate)
     clock = 'in lockstep' if lockstep else 'with one and two samples of delay, as on the wall clock'
     for delay in (0,) if lockstep else (1, 2):
-        loop = _Loop(law, gains, robot, limit, plant, delay)
+        constants = _Constants(gains, robot, limit, plant, delay)
         for command in HELD:
             try:
-                fault = _fault_at(loop, command, dt)
+                fault = _fault_at(law, command, constants, settling or make_settling(law.step))
             except Exception as error:  # a law can raise anything
                 return f"the velocity law '{law.name}' fails ({located_error(error)})"
             if fault:
-                told = ', '.join(f'{law.group}.{name} = {value:g}' for name, value in gains._asdict().items())
+                told = ', '.join(f'{law.group}.{name} = {list(value) if isinstance(value, tuple) else value}'
+                                 for name, value in gains._asdict().items())
                 return (f"the velocity law '{law.name}' with {told} is unstable at velocity_rate = {rate} Hz {clock}: "
                         f'{fault}; lower the gains, or raise velocity_rate')
     return ''

@@ -10,10 +10,10 @@ from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.loop.closed_loop import Loop, LoopState
 from mobile_robot_control.loop.ticks import plant_grid
 from mobile_robot_control.loop.trial import Trial, make_trial
-from mobile_robot_control.model.drawn_robot import Draw, make_drawn_robot, varied_values
+from mobile_robot_control.model.drawn_robot import Draw, make_drawn_robot
 from mobile_robot_control.model.motors import Delay
 from mobile_robot_control.model.noise import Noise
-from mobile_robot_control.model.plant import TORQUE, PlantModel
+from mobile_robot_control.model.plant import TORQUE, PlantModel, true_robot
 from mobile_robot_control.model.plant_form import PlantForm, PlantValues, plant_values, sensors_of_values
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.declaration import ParameterError, build, flatten
@@ -186,7 +186,7 @@ def make_scene(configuration: Configuration, scenario: Scenario, laps: float, la
         path=prepared.path if scenario.curve == PATH else (),
         loop=loop._replace(velocity=loop.velocity._replace(nominal=configuration.plant.shared.robot)),
     )
-    return Scene(trial, plant_values(shared.robot, model, plant_grid(configuration).velocity),
+    return Scene(trial, plant_values(*true_robot(shared.robot, model), plant_grid(configuration).velocity),
                  course.reference(0.0).pose)
 
 
@@ -261,24 +261,18 @@ def scenario_configuration(configuration: Configuration, scenario: Scenario) -> 
     """
     Return a configuration that runs as a scenario, for the nodes.
 
-    All nodes then know the scenario's robot, and feedforward would foresee it: without feedforward the run is that of
-    `scenario_trial`, unless a path is timed by the robot's mass.
+    Controllers keep their nominal robot; of values of the scenario's robot by name, all nodes know those of `robot.*`.
     """
     varied = with_robot(configuration, scenario.robot) if scenario.robot else configuration
     cart, shared, model = varied.reference_cart, varied.plant.shared, varied.plant.model
     placement = cart.curve.placement._replace(scale=scenario.scale)
     curve = cart.curve if scenario.curve == PATH else cart.curve._replace(curve=scenario.curve, placement=placement)
     model = delayed_model(model, scenario, 1.0 / shared.velocity_rate)
-    values = varied_values(plant_values(shared.robot, model, plant_grid(varied).velocity),
-                           Draw(Pose(0.0, 0.0, 0.0), scenario.mass, scenario.friction, scenario.noise.seed))
-    robot, friction, base = ((values.robot, values.friction, model.base) if model.drive == TORQUE else
-                             (values.robot, model.friction, values.base))
-    shared = shared._replace(robot=robot)
-    changed = {node: part._replace(shared=shared) for node, part in varied._asdict().items()}
-    scene = Configuration(**changed)
-    scene = scene._replace(
-        reference_cart=scene.reference_cart._replace(curve=curve),
-        plant=scene.plant._replace(model=model._replace(friction=friction, base=base)))
+    model = model._replace(mass_factor=model.mass_factor * scenario.mass,
+                           friction_factor=model.friction_factor * scenario.friction)
+    scene = Configuration(**{node: part._replace(shared=shared) for node, part in varied._asdict().items()})
+    scene = scene._replace(reference_cart=scene.reference_cart._replace(curve=curve),
+                           plant=scene.plant._replace(model=model))
     if scenario.start is None:
         return scene
     course = make_course(scenario.curve, placement, path_of(cart) if scenario.curve == PATH else ())

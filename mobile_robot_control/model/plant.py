@@ -12,6 +12,7 @@ from mobile_robot_control.model.friction import Friction
 from mobile_robot_control.model.motors import Delay, DelayLine, Motor, delayed, saturate
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.model.odometry import Encoders, WheelOdometry
+from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.declaration import INLINE, Field, flatten, nearest, rule
 from mobile_robot_control.quantities import WheelTorque
 
@@ -47,6 +48,14 @@ class PlantModel(NamedTuple):
     centripetal_coupling: Annotated[
         bool, Field('', 'include the Coriolis pair that Eq. (13)-(14) lack')
     ] = False
+    mass_factor: Annotated[
+        float, Field('', "factor on the robot's mass and inertia that controllers do not know; on the lag of a base: "
+                     'larger accelerates less readily', above=0.0)
+    ] = 1.0
+    friction_factor: Annotated[
+        float, Field('', "factor on the robot's friction that controllers do not know; on the dead zone of a base: "
+                     'larger needs more torque', minimum=0.0)
+    ] = 1.0
     imperfections: Annotated[Imperfections, INLINE] = Imperfections()
     motor: Motor = Motor()
     friction: Friction = Friction()
@@ -57,6 +66,22 @@ class PlantModel(NamedTuple):
         str, Field('', 'parameters of effects that the robot is known not to have, such as "base.dead_time, '
                        'base.turn_gain", or none: tune and study do not warn of these')
     ] = 'none'
+
+
+def true_robot(robot: Robot, model: PlantModel) -> tuple[Robot, PlantModel]:
+    """Return the constants of a robot and its plant with the factors that controllers do not know."""
+    mass, friction = model.mass_factor, model.friction_factor
+    if mass == friction == 1.0:
+        return robot, model
+    (slow, slow_turn), (zone, turn_zone) = model.base.lag, model.base.dead_zone
+    return (
+        robot._replace(mass=robot.mass * mass, inertia=robot.inertia * mass,
+                       viscous_friction=robot.viscous_friction * friction),
+        model._replace(
+            mass_factor=1.0, friction_factor=1.0, friction=Friction(model.friction.coulomb * friction),
+            base=model.base._replace(lag=(slow * mass, slow_turn * mass),
+                                     dead_zone=(zone * friction, turn_zone * friction))),
+    )
 
 
 @rule

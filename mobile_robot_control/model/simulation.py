@@ -9,7 +9,7 @@ from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import DiscretePlant, discretise
 from mobile_robot_control.model.disturbance import with_push
 from mobile_robot_control.model.dynamics import PlantState
-from mobile_robot_control.model.plant import Imperfections, PlantModel
+from mobile_robot_control.model.plant import Imperfections, PlantModel, true_robot
 from mobile_robot_control.model.plant_form import (
     Grid,
     PlantForm,
@@ -71,6 +71,7 @@ class RobotConstants(NamedTuple):
 
 def robot_constants(robot: Robot, model: PlantModel, grid: Grid, dt: float) -> RobotConstants:
     """Return the constants of a robot and its plant, for the grids and the velocity loop's period [s]."""
+    robot, model = true_robot(robot, model)
     plant = discretise(robot, dt, model.centripetal_coupling)
     return RobotConstants(plant, model.imperfections, model.max_wheel_torque, drive_constants(model, plant, grid),
                           sensor_values(model, robot, grid))
