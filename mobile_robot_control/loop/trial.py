@@ -41,7 +41,7 @@ from mobile_robot_control.quantities import Pose, Reference, WheelTorque, period
 from mobile_robot_control.reference.cart import Placement
 from mobile_robot_control.reference.course import Course
 from mobile_robot_control.reference.led_course import driven_course
-from mobile_robot_control.settings.nodes import Configuration, drawing_of, path_of
+from mobile_robot_control.settings.nodes import Configuration, correction_schedule, path_of
 
 _NOTHING, _UNVARIED = Totals(), Variation()
 _NO_TORQUE = WheelTorque(0.0, 0.0)
@@ -71,7 +71,7 @@ class Trial(NamedTuple):
         Choice of functions in the loop.
     path : PathRequest or tuple
         Path of the cart; () for a curve.
-    drawing : Drawing or tuple
+    schedule : CorrectionSchedule or tuple
         Of corrections by a localisation; () for none.
     """
 
@@ -85,7 +85,7 @@ class Trial(NamedTuple):
     late: int
     form: Form = IDEAL_FORM
     path: Any = ()
-    drawing: Any = ()
+    schedule: Any = ()
 
 
 class LoopGains(NamedTuple):
@@ -186,12 +186,12 @@ def make_trial(configuration: Configuration, duration: float, late: float = 0.0)
         steps=round(duration * shared.velocity_rate),
         ratio=period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
         late=round(late * shared.velocity_rate), form=form_of(configuration),
-        path=path_of(configuration.reference_cart), drawing=drawing_of(configuration.reference_cart))
+        path=path_of(configuration.reference_cart), schedule=correction_schedule(configuration.reference_cart))
 
 
 def course_of_trial(trial: Trial) -> Course:
     """Return the course of the cart in a trial."""
-    return driven_course(trial.curve, trial.placement, trial.path, trial.drawing)
+    return driven_course(trial.curve, trial.placement, trial.path, trial.schedule)
 
 
 def prepared_loop(trial: Trial) -> Loop:

@@ -54,9 +54,9 @@ class Localisation(NamedTuple):
     seed: Annotated[int, Field('', 'of drawn corrections', minimum=0)] = 0
 
 
-class Drawing(NamedTuple):
+class CorrectionSchedule(NamedTuple):
     """
-    The drawing of corrections that move a course.
+    The schedule of corrections that move a course.
 
     Attributes
     ----------
@@ -163,7 +163,7 @@ class Swings:
         return self._count >= _SWINGS
 
 
-class DrawnCorrections:
+class RandomCorrections:
     """
     Draws corrections at the ticks of a cart, each about the cart.
 

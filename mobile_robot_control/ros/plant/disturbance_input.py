@@ -22,7 +22,7 @@ _MOST = 1000
 """Most pushes that wait for their steps."""
 
 
-class Grid(StampPolicy):
+class GridStamps(StampPolicy):
     """Accepts every stamp of the velocity grid, in lockstep, and stamp 0, which stands for the next step."""
 
     def __init__(self, period: int) -> None:
@@ -70,7 +70,7 @@ class DisturbanceInput:
     ----------
     node : Node
         The plant.
-    policy : Grid or Now
+    policy : GridStamps or Now
         For stamps.
     frame : str
         Of pushes.
@@ -89,7 +89,7 @@ class DisturbanceInput:
     """
 
     def __init__(
-        self, node: Node, policy: Grid | Now, frame: str, validator: InputValidator, events: RunEvents,
+        self, node: Node, policy: GridStamps | Now, frame: str, validator: InputValidator, events: RunEvents,
         takes_velocity: bool,
     ) -> None:
         self._node, self._validator, self._events, self._takes_velocity = node, validator, events, takes_velocity

@@ -19,7 +19,7 @@ from mobile_robot_control.ros.shared.diagnostics import LAW_FAILED, Condition
 from mobile_robot_control.ros.shared.lockstep import Outputs
 from mobile_robot_control.ros.shared.loop_node import LoopNode
 from mobile_robot_control.ros.shared.stamp_policy import Input, Inputs
-from mobile_robot_control.settings.nodes import PositionControllerParameters, counted_twice
+from mobile_robot_control.settings.nodes import PositionControllerParameters, latency_cautions
 from mobile_robot_control.topics import LAW_FILE
 
 _STANDS: Outputs = {'cmd_accel': NO_ACCELERATION, 'cmd_vel': BodyVelocity(0.0, 0.0)}
@@ -50,7 +50,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
             shared.position_rate)
         self._mode.watch_corrections(self, self._guard)
         self.monitor.latencies['odom'] = self.parameters.odom_latency
-        for text in counted_twice(self.parameters):
+        for text in latency_cautions(self.parameters):
             self.get_logger().warning(text)
         self._start()
 

@@ -17,7 +17,7 @@ from mobile_robot_control.ros.shared.wall_clock import FixedRateTimer, WallClock
 from mobile_robot_control.topics import MEASURED_TOPICS, LoopGraph
 
 
-class Mode:
+class NodeMode:
     """What both modes share."""
 
     def awaited(self, sources: Mapping[str, str], _others: Iterable[str]) -> list[str]:
@@ -25,7 +25,7 @@ class Mode:
         return [f'{topic} from {source}' for topic, source in sources.items()]
 
 
-class LockstepMode(Mode):
+class LockstepMode(NodeMode):
     """A node answers the questions of the plant; time is that of their stamps."""
 
     def make_clock(self, node: Node, _begin_anew: Callable[[], None]) -> SteadyClock:
@@ -51,7 +51,7 @@ class LockstepMode(Mode):
         return LockstepDriver(node, inputs, 1.0 / rate, position_period), None
 
 
-class WallClockMode(Mode):
+class WallClockMode(NodeMode):
     """A node steps at its own rate with its newest inputs."""
 
     def make_clock(self, node: Node, begin_anew: Callable[[], None]) -> SteadyClock:

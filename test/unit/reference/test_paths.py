@@ -14,7 +14,7 @@ from mobile_robot_control.control.compensation import inverse_dynamics
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.reference.joining import join
-from mobile_robot_control.reference.motion import Motion, plan
+from mobile_robot_control.reference.motion import PathMotion, plan
 from mobile_robot_control.reference.path_parameters import Drive, PathParameters, PathRequest, Timing
 from mobile_robot_control.reference.path_shape import TooSharpError, control_points, lay_grid, spans_of
 from mobile_robot_control.reference.planned_path import plan_spans
@@ -121,7 +121,7 @@ def test_a_stop_anywhere_goes_on_from_the_motion_before_and_keeps_the_limits(poi
     path = plan_spans(smooth_shape(points), timing, Drive())
     time = share * path.period
     before = path.accelerated(time)
-    stopped = stop(Motion([path]).rest(time), request(RECTANGLE, timing=timing), before)
+    stopped = stop(PathMotion([path]).rest(time), request(RECTANGLE, timing=timing), before)
     at = stopped.accelerated(0.0)
     assert (*at.pose, *at.velocity) == pytest.approx((*before.pose, *before.velocity), abs=1e-6)
     assert stopped.accelerated(stopped.period).velocity == (0.0, 0.0)
@@ -140,7 +140,7 @@ def test_a_new_path_goes_on_from_the_motion_before_or_is_refused(share, turn, as
     cos, sin = math.cos(heading + turn), math.sin(heading + turn)
     points = [(x + along * cos - aside * sin, y + along * sin + aside * cos) for along in (ahead, 1.0, 2.5)]
     try:
-        joined = join(request(points), before, Motion([path]).rest(share * path.period))
+        joined = join(request(points), before, PathMotion([path]).rest(share * path.period))
     except ParameterError:
         # too far, or too sharp for the speed
         assume(False)
@@ -159,7 +159,7 @@ def test_a_path_with_long_segments_changes_nothing_wherever_the_cart_is_when_it_
 
 
 def test_a_path_far_from_the_cart_and_one_that_comes_too_late_for_its_speed_are_refused():
-    path = Motion([plan_spans(shape_of([(0.0, 0.0), (4.0, 0.0)]), TIMING, Drive())])
+    path = PathMotion([plan_spans(shape_of([(0.0, 0.0), (4.0, 0.0)]), TIMING, Drive())])
     before, rest = path.accelerated(4.0), path.rest(4.0)
     x = before.pose.x
     with pytest.raises(ParameterError, match=r'begins 0\.6 m from the cart, .* near the cart, at \(1\.98, 0\)'):
