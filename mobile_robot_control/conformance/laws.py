@@ -272,7 +272,7 @@ def survives_a_switch(law: Law) -> Iterator[str]:
     seen = list(drawn_observations(Random(_RUN_SEED), 40, law.horizon))  # noqa: S311 (no secret)
     ours, theirs = default_control(law), default_control(other)
     changed = next(searched_controls(law, Random(_RUN_SEED)), ours)  # noqa: S311 (no secret)
-    running = bumpless_transfer.begin(theirs, DT, under_way=False)
+    running = bumpless_transfer.begin_law(theirs, DT, under_way=False)
     for control, restart in ((ours, False), (changed, False), (theirs, False), (ours, True)):
         running = bumpless_transfer.change(running, control, DT, restart)
         try:
@@ -296,7 +296,7 @@ def begins_again(law: Law) -> Iterator[str]:
     control = default_control(law)
 
     def commands(under_way: bool, observations: Sequence[Observation]) -> list[BodyVelocity]:
-        return _steps(bumpless_transfer.begin(control, DT, under_way), observations)[1]
+        return _steps(bumpless_transfer.begin_law(control, DT, under_way), observations)[1]
 
     first = commands(False, seen)
     with suppress(LawFailedError):  # a failure belongs to the check of a switch

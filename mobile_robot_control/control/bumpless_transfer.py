@@ -50,7 +50,7 @@ class RunningLaw(NamedTuple):
     lead: Lead = NO_LEAD
 
 
-def begin(parameters: PositionControl, dt: float, under_way: bool) -> RunningLaw:
+def begin_law(parameters: PositionControl, dt: float, under_way: bool) -> RunningLaw:
     """
     Start the law that the parameters name, at a period [s].
 

@@ -221,7 +221,7 @@ class LedCourse:
             time = (then - begins) / NANOSECONDS
             at = course.reference(time).pose
             for stamp, drawn in self._drawn.until(now, at):
-                self._corrections.note(stamp, drawn, at)
+                self._corrections.note_correction(stamp, drawn, at)
             correction = self._corrections.due(now, at)
             if correction is None or (self._request and time >= course.period):
                 continue

@@ -177,7 +177,7 @@ class _Reading:
         self._found: dict[str, str] = {}
         self._without_stamp = False
 
-    def take(self, name: str, message: Message) -> None:
+    def take_message(self, name: str, message: Message) -> None:
         """Add one message of a topic; count an unusable one by its reason."""
         try:
             stamp, values = self._read(name, *message[1:])
@@ -298,7 +298,7 @@ def read_contents(
     events = f'{namespace.rstrip("/")}/{EVENTS}'
     for message in bag.messages({*names, events}.__contains__):
         if message.topic in names:
-            reading.take(names[message.topic], message)
+            reading.take_message(names[message.topic], message)
         else:
             reading.take_event(message)
     series, faults = reading.run()

@@ -52,9 +52,9 @@ class CartCourse:
 
     def __init__(self, cart: ReferenceCartParameters, period: int) -> None:
         self._horizon, self._period = cart.shared.reference_horizon, period
-        self.begin(cart, Pose(0.0, 0.0, 0.0))
+        self.begin_course(cart, Pose(0.0, 0.0, 0.0))
 
-    def begin(self, cart: ReferenceCartParameters, pose: Pose, correction: Pose | None = None) -> None:
+    def begin_course(self, cart: ReferenceCartParameters, pose: Pose, correction: Pose | None = None) -> None:
         """
         Begin a run on the course of the parameters.
 
@@ -166,7 +166,7 @@ class CartCourse:
             raise RefusedMessageError('the cart drives a curve',
                                       f"curve is '{curve}'; set curve = '{PATH}', with limits of timing")
 
-    def take(self, answer: 'PathAnswer', begins: int) -> None:
+    def take_answer(self, answer: 'PathAnswer', begins: int) -> None:
         """Follow an answer from a time along the course [ns] on."""
         if answer.goes_on and answer.refusal:
             return

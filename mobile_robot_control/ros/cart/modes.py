@@ -61,7 +61,7 @@ class WallClockCart(WallClockMode):
         if waiting.wait:
             return CartWait(
                 cart, cart.robot_clock, cart.monitor, waiting.wait_distance, 1.0 / shared.position_rate,
-                cart.course.reference, shared.reference_horizon, lambda: cart.corrections.missing())  # noqa: PLW0108 (made later)
+                cart.course.reference, shared.reference_horizon, lambda: cart.corrections.missing_correction())  # noqa: PLW0108 (made later)
         return WallClockTime(cart.course, cart.robot_clock.now)
 
     def make_planning(self, cart: Any) -> WallClockPaths:

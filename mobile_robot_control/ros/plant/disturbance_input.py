@@ -37,7 +37,7 @@ class GridStamps(StampPolicy):
         return RefusedMessageError('stamp not on the grid', f'{stamp / 1e9} s; the period is {self._period / 1e9} s, '
                                    'and stamp 0 means the next step')
 
-    def forget(self) -> bool:
+    def leave_run(self) -> bool:
         """Do nothing: there is no run to leave."""
         return False
 
@@ -100,7 +100,7 @@ class DisturbanceInput:
         self.waiting: dict[int, Push] = {}
         node.create_subscription(WrenchStamped, DISTURBANCE, self._on_disturbance, SUBSCRIBED, raw=True)
 
-    def take(self, k: int, stamp: int) -> Push | None:
+    def take_push(self, k: int, stamp: int) -> Push | None:
         """Return the push of the k-th step, including late ones, at a stamp [ns]; None if there is none."""
         pushes = [self.waiting.pop(step) for step in sorted(self.waiting) if step <= k]
         if not pushes:

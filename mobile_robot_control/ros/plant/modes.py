@@ -39,7 +39,7 @@ class LockstepPlant(LockstepMode):
         """Return the policy for the stamps of pushes."""
         return GridStamps(period_nanoseconds(node.shared.velocity_rate))
 
-    def begin(self, driver: QuestionDriver) -> None:
+    def start_driver(self, driver: QuestionDriver) -> None:
         """Ask the first question."""
         driver.ask()
 
@@ -57,7 +57,7 @@ class WallClockPlant(WallClockMode):
         """Return the policy for the stamps of pushes."""
         return Now(node.get_clock(), node.shared.stamp_tolerance)
 
-    def begin(self, driver: Any) -> None:
+    def start_driver(self, driver: Any) -> None:
         """Wait for the first tick."""
 
     def stamp(self, node: Any) -> int:

@@ -106,11 +106,11 @@ class InputMonitor:
         """List problems of time and stamps, in words."""
         return [*self._clock.problems(), *self._ill_timed.values()]
 
-    def forget(self) -> None:
+    def forget_inputs(self) -> None:
         """Forget the inputs of the previous run."""
         self._taken_at = dict.fromkeys(self.sources, -math.inf)
 
-    def missing(self) -> list[str]:
+    def missing_inputs(self) -> list[str]:
         """List the nodes without any message, or without one for the timeout."""
         return list(dict.fromkeys(source for topic, source in self.sources.items()
                                   if topic not in self._received or self._is_silent(topic)))
@@ -233,7 +233,7 @@ class InputValidator:
         """Leave the policy's run; return the new meaning of a refused stamp, or raise its refusal."""
         # when a plant repeats a refused stamp, a run other than the node's own is under way
         refusal = policy.refusal(stamp)
-        decision = policy.decide(stamp) if policy.forget() else StampDecision.REFUSED
+        decision = policy.decide(stamp) if policy.leave_run() else StampDecision.REFUSED
         if decision is StampDecision.REFUSED:
             raise refusal
         del self._refused_stamps[topic]

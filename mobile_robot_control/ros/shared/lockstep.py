@@ -17,7 +17,7 @@ Outputs = Mapping[str, Any]
 class SteppedNode(Protocol):
     """The interface of a node to its driver."""
 
-    def begin(self, inputs: Inputs, joins: bool) -> None:
+    def begin_run(self, inputs: Inputs, joins: bool) -> None:
         """Begin a run with the inputs of its first step, or join one under way."""
 
     def take_changes(self) -> None:
@@ -82,7 +82,7 @@ class LockstepDriver:
     def close(self) -> None:
         """Publish nothing: a last zero would be mistaken for an answer."""
 
-    def take(self, topic: str, message: ValidInput) -> None:
+    def take_input(self, topic: str, message: ValidInput) -> None:
         """Receive a valid message; with the last message of a stamp, step and answer."""
         stamp, decision, value = message
         if stamp == 0 == self._policy.accepted:
@@ -146,7 +146,7 @@ class LockstepDriver:
         inputs = Inputs(stamp, self._kept, self._age)
         if decision is not StampDecision.STEP:
             self._node.note_run(decision, stamp)
-            self._node.begin(inputs, decision is StampDecision.JOIN)
+            self._node.begin_run(inputs, decision is StampDecision.JOIN)
         self._policy.accept(stamp)
         for period, policy in self._slower:
             policy.accept(stamp - stamp % period)

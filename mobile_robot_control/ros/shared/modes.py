@@ -28,8 +28,8 @@ class NodeMode:
 class LockstepMode(NodeMode):
     """A node answers the questions of the plant; time is that of their stamps."""
 
-    def make_clock(self, node: Node, _begin_anew: Callable[[], None]) -> SteadyClock:
-        """Return the clock of inputs and timers; `begin_anew` is called after its jump back."""
+    def make_clock(self, node: Node, _after_jump_back: Callable[[], None]) -> SteadyClock:
+        """Return the clock of inputs and timers; `after_jump_back` is called after its jump back."""
         return SteadyClock(node)
 
     def sources(self, inputs: Mapping[str, str]) -> dict[str, str]:
@@ -54,9 +54,9 @@ class LockstepMode(NodeMode):
 class WallClockMode(NodeMode):
     """A node steps at its own rate with its newest inputs."""
 
-    def make_clock(self, node: Node, begin_anew: Callable[[], None]) -> SteadyClock:
-        """Return the clock of inputs and timers; `begin_anew` is called after its jump back."""
-        return RobotClock(node, begin_anew)
+    def make_clock(self, node: Node, after_jump_back: Callable[[], None]) -> SteadyClock:
+        """Return the clock of inputs and timers; `after_jump_back` is called after its jump back."""
+        return RobotClock(node, after_jump_back)
 
     def sources(self, inputs: Mapping[str, str]) -> dict[str, str]:
         """Return the inputs whose silence is told; the plant is mostly a robot's driver or another simulator."""

@@ -78,7 +78,7 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
     def _change(self, values: VelocityControllerParameters, _waits: bool) -> None:
         self._changed = values  # used from a position tick on, as in the position controller
 
-    def begin(self, _inputs: Inputs, _joins: bool) -> None:
+    def begin_run(self, _inputs: Inputs, _joins: bool) -> None:
         """Begin with empty integrators."""
         self._state = VelocityPiState()
 
