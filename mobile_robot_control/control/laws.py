@@ -33,7 +33,11 @@ RESERVED = frozenset({
     'odom_frame_id', 'path_frame', 'base_frame_id', 'reference_frame_id',
     'use_sim_time', 'qos_overrides', 'start_type_description_service',
 })
-"""A law's group of parameters has the law's name, which must differ from other parameters and search entries."""
+"""
+A law's group of parameters has the law's name, which must differ from other parameters and search entries.
+
+They are declared above this folder, in `settings`, which imports it; a test compares both.
+"""
 
 
 def law_violations(law: Any) -> Iterator[str]:

@@ -1,6 +1,5 @@
 """One rollout without samples: its inputs, its references, its outcome and the loop itself, plain or to be compiled."""
 
-import math
 import sys
 from collections.abc import Callable, Sequence
 from functools import lru_cache
@@ -14,7 +13,6 @@ from mobile_robot_control.loop.closed_loop import Loop, LoopState, with_law
 from mobile_robot_control.loop.cross_track import GrowingPath
 from mobile_robot_control.loop.indices import (
     MeasuredMotion,
-    MeasuredRun,
     PerformanceIndices,
     Totals,
     Variation,
@@ -252,24 +250,6 @@ def bind(
         return Outcome(steps, pose, initial, totals, late_totals, False, variation.total, indices)
 
     return roll
-
-
-def outcome_name(trial: Trial, outcome: Outcome) -> str:
-    """Return the outcome of a trial, as in metrics.json."""
-    return 'law_failed' if outcome.law_failed else 'completed' if outcome.steps == trial.steps else 'diverged'
-
-
-def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
-    """Return the measured run of an outcome, in the form of every other run; it has no measured errors."""
-    return MeasuredRun(
-        outcome_name(trial, outcome),
-        outcome.steps * trial.loop.robot.plant.dt,
-        outcome.final_pose,
-        outcome.initial_torque,
-        outcome.totals,
-        measured_squared_position=math.nan,
-        indices=outcome.indices or None,
-    )
 
 
 def roll_trial(trial: Trial, roll: Callable[..., Outcome], motion: Any) -> Outcome:

@@ -78,11 +78,6 @@ def read_or_refuse(kind: str, steps: Sequence[Callable[[Any], Any]], message: by
     return content
 
 
-def stamp_nanoseconds(stamp: Any) -> int:
-    """Return a message's stamp (builtin_interfaces/Time) [ns]."""
-    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
-
-
 def serialised_stamp(message: bytes) -> int:
     """
     Return the stamp [ns] of a serialised message whose first field is a header.

@@ -2,7 +2,8 @@
 
 import json
 
-from mobile_robot_control.messages.parsing import stamp_nanoseconds
+from helpers.watching import stamp_nanoseconds
+
 from mobile_robot_control.ros.shared.run_events import RunEvents
 
 
