@@ -3,7 +3,6 @@
 import re
 import sys
 from pathlib import Path
-from typing import Any
 
 from mobile_robot_control.parameters.declaration import Declaration, Field, declarations, describe_bounds
 from mobile_robot_control.settings.nodes import NODES
@@ -12,7 +11,7 @@ from mobile_robot_control.settings.shared import Shared
 _END = '<!-- end of parameters -->'
 
 
-def _written(value: Any) -> str:
+def _written(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple):

@@ -59,7 +59,7 @@ _PURE = 250
 """Number of inputs on which a law is called repeatedly."""
 
 
-def _copied(value: Any) -> Any:
+def _copied(value: object) -> Any:
     """Copy an input; return the input itself if that fails, as for a solver that `prepare` keeps."""
     try:
         return copy.deepcopy(value)
@@ -180,7 +180,7 @@ class _Watched:
         self._step = law.step
         self.newest: Observation | None = None
 
-    def __call__(self, state: Any, observation: Observation, gains: Any, dt: float) -> tuple[Any, BodyVelocity]:
+    def __call__(self, state: object, observation: Observation, gains: object, dt: float) -> tuple[Any, BodyVelocity]:
         self.newest = observation
         return self._step(state, observation, gains, dt)
 

@@ -40,7 +40,7 @@ They are declared above this folder, in `settings`, which imports it; a test com
 """
 
 
-def law_violations(law: Any) -> Iterator[str]:
+def law_violations(law: object) -> Iterator[str]:
     """Yield the faults in the record of a law itself; for its groups see `groups_of`."""
     if not isinstance(law, Law):
         yield f'LAW is of type {type(law).__name__}; write LAW = Law(name, step, Gains)'
@@ -113,7 +113,7 @@ class PositionControl:
 
     """
 
-    def __init__(self, **values: Any) -> None:
+    def __init__(self, **values: object) -> None:
         unknown = set(values) - {name for name, _, _ in self.parameter_members()}
         if unknown:
             raise TypeError(f'PositionControl has no field {", ".join(sorted(unknown))}')
@@ -137,7 +137,7 @@ class PositionControl:
             return LAWS[name].gains()
         raise AttributeError(name)
 
-    def _replace(self, **changes: Any) -> 'PositionControl':
+    def _replace(self, **changes: object) -> 'PositionControl':
         return PositionControl(**{**self.__dict__, **changes})
 
     def _asdict(self) -> dict[str, Any]:
@@ -165,7 +165,7 @@ def groups_of(law: Law) -> tuple[str, ...]:
 _compiled: dict[Callable[[Any, float], Any], Callable[[Any, float], Any]] = {}
 
 
-def prepare_compiled(prepare: Callable[[Any, float], Any], compiled: Callable[[Any, float], Any]) -> None:
+def prepare_compiled(prepare: Callable[[Any, float], object], compiled: Callable[[Any, float], object]) -> None:
     """Prepare gains by a compiled function from now on in this process."""
     _compiled[prepare] = compiled
 
@@ -197,7 +197,7 @@ def select(parameters: PositionControl, dt: float) -> tuple[Law, Any]:
     return law, prepared_gains(law, gains, dt)
 
 
-def prepared_gains(law: Law, gains: Any, dt: float) -> Any:
+def prepared_gains(law: Law, gains: object, dt: float) -> Any:
     """Convert declared gains to the form of a law's step, at a period [s]; raise ParameterError if `prepare` fails."""
     if law.prepare is None:
         return gains

@@ -11,6 +11,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import lru_cache, partial
 from typing import Any, Protocol
 
+from mobile_robot_control.control.law import LawStep
 from mobile_robot_control.control.laws import LAWS, prepare_compiled
 from mobile_robot_control.jit import APART, JITABLE
 from mobile_robot_control.loop.cross_track import converted
@@ -101,14 +102,14 @@ def _rows(horizon: int) -> tuple[Callable[[Any, int], tuple[Reference, ...]], ..
     callees = _rows(horizon - 1)
     nearer = callees[-1]
 
-    def rows_from(rows: Any, n: int) -> tuple[Reference, ...]:
+    def rows_from(rows: object, n: int) -> tuple[Reference, ...]:
         return nearer(rows, n) + _accelerated_row(rows, n + horizon)
 
     return *callees, rows_from
 
 
 @lru_cache(maxsize=32)
-def _measured(rows_at: Callable[[Any, int], Any]) -> Callable[[MeasuredMotion, int], Any]:
+def _measured(rows_at: Callable[[Any, int], object]) -> Callable[[MeasuredMotion, int], Any]:
     """Make a function that returns references of a motion with its path."""
     def references_at(given: MeasuredMotion, n: int) -> Any:
         return rows_at(given.references, n)
@@ -119,7 +120,7 @@ def _measured(rows_at: Callable[[Any, int], Any]) -> Callable[[MeasuredMotion, i
 _registered: set[Callable[..., Any]] = set()
 
 
-def _register(*functions: Callable[..., Any]) -> None:
+def _register(*functions: Callable[..., object]) -> None:
     """Register callees of a rollout with numba, once each and late, since njit stops at an undecorated callee."""
     for function in functions:
         if function not in _registered:
@@ -129,7 +130,7 @@ def _register(*functions: Callable[..., Any]) -> None:
 
 
 @lru_cache(maxsize=32)
-def compilable_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
+def compilable_rollout(step: LawStep, form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
     """Return the rollout of a law's step that a compiler may take; references are an array."""
     parts = rollout_parts(step, form)
     _register(*JITABLE, *parts)
@@ -138,7 +139,7 @@ def compilable_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Cal
 
 
 @lru_cache(maxsize=32)
-def rollout_parts(step: Callable[..., Any], form: Form) -> tuple[Callable[..., Any], ...]:
+def rollout_parts(step: LawStep, form: Form) -> tuple[Callable[..., Any], ...]:
     """Return the functions of a compiled rollout, callees first; the last ones are references and both ticks."""
     rows = _rows(form.horizon) if form.horizon else (_row,)
     driving = driving_step(step, form)
@@ -147,14 +148,14 @@ def rollout_parts(step: Callable[..., Any], form: Form) -> tuple[Callable[..., A
 
 
 @lru_cache(maxsize=32)
-def compiled_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
+def compiled_rollout(step: LawStep, form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
     """Return the compiled rollout of a law's step, which releases the interpreter's lock; references are an array."""
     # divisions as in C: laws guard their own domain, and a test of every divisor would cost a tenth of the time
     return kept(numba.njit(nogil=True, error_model='numpy')(compilable_rollout(step, form)), step)
 
 
 @lru_cache(maxsize=32)
-def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
+def compiled_step(step: LawStep) -> Callable[..., Any]:
     """Return a law's compiled step, repeated on one observation: ``(state, observation, gains, dt, times)``."""
     _register(*JITABLE, step)
 
@@ -176,7 +177,7 @@ def compile_prepare(law: str) -> None:
         prepare_compiled(prepare, compiled(prepare))
 
 
-def compiled(function: Callable[..., Any], *of: Callable[..., Any]) -> Callable[..., Any]:
+def compiled(function: Callable[..., object], *of: Callable[..., object]) -> Callable[..., Any]:
     """Compile a function of marked callees, and of others `of`; return it unchanged if numba is not installed."""
     if not COMPILES:
         _warn_that_it_is_slow()
@@ -186,7 +187,7 @@ def compiled(function: Callable[..., Any], *of: Callable[..., Any]) -> Callable[
 
 
 @lru_cache(maxsize=32)
-def plain_rollout(step: Callable[..., Any], form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
+def plain_rollout(step: LawStep, form: Form = IDEAL_FORM) -> Callable[..., Outcome]:
     """Return the rollout of a law's step in plain Python; it takes references unconverted."""
     ticks = form.horizon + 1
     if form.indices:
@@ -198,16 +199,15 @@ _uncompilable: dict[Callable[..., Any], str] = {}
 """Steps that numba cannot compile, and the reason."""
 
 
-def _try_rollout(one: Trial) -> None:
+def _try_rollout(trial: Trial) -> None:
     """Compile the rollout of a trial."""
-    step: Callable[..., Any] = LAWS[one.law].step
-    given = arrays(cart_motion(one._replace(steps=0)), one.form.indices)
-    compiled_rollout(step, one.form)(one.state, prepared_loop(one), given, 0, one.ratio, 0)
+    motion = arrays(cart_motion(trial._replace(steps=0)), trial.form.indices)
+    compiled_rollout(LAWS[trial.law].step, trial.form)(trial.state, prepared_loop(trial), motion, 0, trial.ratio, 0)
 
 
 def compiles(trial: Trial, attempt: Callable[[Trial], None] = _try_rollout) -> bool:
     """Return whether the law of a trial compiles, by an attempt; if it does not, print the reason once."""
-    step: Callable[..., Any] = LAWS[trial.law].step
+    step = LAWS[trial.law].step
     if not COMPILES or step in _uncompilable:
         return False
     compile_prepare(trial.law)
@@ -241,7 +241,7 @@ def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> lis
     return outcomes
 
 
-def pickled(chunk: Any, law: str) -> bytes:
+def pickled(chunk: object, law: str) -> bytes:
     """
     Pickle trials or runs of a law for another process; raise ParameterError if that is impossible.
 
@@ -256,14 +256,14 @@ def pickled(chunk: Any, law: str) -> bytes:
         ]) from error
 
 
-def run_pickled(function: Callable[[Any], Any], chunk: bytes) -> Any:
+def run_pickled(function: Callable[[Any], object], chunk: bytes) -> Any:
     """Call a function of trials or runs that another process of this package has pickled."""
     return function(pickle.loads(chunk))  # noqa: S301 (from our own pool or client)
 
 
 def _rollout_of(trial: Trial, compile_it: bool | None) -> tuple[Callable[..., Outcome], Callable[..., Any]]:
     """Return the rollout of a trial's law, and the function that converts a motion to its input."""
-    step: Callable[..., Any] = LAWS[trial.law].step
+    step = LAWS[trial.law].step
     if compiles(trial) if compile_it is None else compile_it:
         return compiled_rollout(step, trial.form), arrays
     return plain_rollout(step, trial.form), given_motion
@@ -308,7 +308,7 @@ class TrialRunner(Protocol):
         """Run trials in order."""
 
     def each(
-        self, function: Callable[[Any], Any], chunks: Sequence[Any], law: str, compiled: Callable[[], bool]
+        self, function: Callable[[Any], object], chunks: Sequence[object], law: str, compiled: Callable[[], bool]
     ) -> list[Any]:
         """Return a function of each of some chunks, of one law; ask whether it is compiled where that matters."""
 
@@ -352,7 +352,7 @@ class Pool:
         return [outcome for part in parts for outcome in part]
 
     def each(
-        self, function: Callable[[Any], Any], chunks: Sequence[Any], law: str, compiled: Callable[[], bool]
+        self, function: Callable[[Any], object], chunks: Sequence[object], law: str, compiled: Callable[[], bool]
     ) -> list[Any]:
         """Return a function of each of some chunks: in threads if their law is compiled, else in processes."""
         if self._workers == 1:

@@ -18,6 +18,7 @@ import numba.cuda
 import numpy as np
 from numba import errors, types
 
+from mobile_robot_control.control.law import LawStep
 from mobile_robot_control.jit import APART, JITABLE
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.cross_track import PathTable
@@ -45,7 +46,7 @@ def _part(name: str) -> Any:
 _registered: set[Callable[..., Any]] = set()
 
 
-def _register(*functions: Callable[..., Any]) -> None:
+def _register(*functions: Callable[..., object]) -> None:
     """Register callees of a kernel, once each; in the simulator they are Python."""
     for function in functions:
         if not SIMULATED and function not in _registered:
@@ -100,7 +101,7 @@ def _jitted(kernel: Callable[..., None]) -> Any:
     return cuda.jit(kernel) if SIMULATED else cuda.jit(kernel, lto=False, launch_bounds=BLOCK)
 
 
-def _rollout(step: Callable[..., Any], form: Form, *more: Callable[..., Any]) -> Callable[..., Outcome]:
+def _rollout(step: LawStep, form: Form, *more: Callable[..., object]) -> Callable[..., Outcome]:
     """Return a rollout whose callees are registered, as are more functions."""
     parts = batch.rollout_parts(step, form)
     *_, references_at, position_tick, velocity_tick = parts
@@ -113,12 +114,12 @@ def _rollout(step: Callable[..., Any], form: Form, *more: Callable[..., Any]) ->
 def _motion_of(form: Form) -> Callable[..., Any]:
     """Return the function that makes the motion of a rollout from the arguments of `motion_arrays`."""
     def measured(
-        references: Any, x: Any, y: Any, dx: Any, dy: Any, first: int, step: float, speed: float
+        references: object, x: object, y: object, dx: object, dy: object, first: int, step: float, speed: float
     ) -> MeasuredMotion:
         return MeasuredMotion(references, PathTable(x, y, dx, dy, first, step, speed))
 
     def alone(
-        references: Any, _x: Any, _y: Any, _dx: Any, _dy: Any, _first: int, _step: float, _speed: float
+        references: object, _x: object, _y: object, _dx: object, _dy: object, _first: int, _step: float, _speed: float
     ) -> Any:
         return references
 
@@ -133,7 +134,7 @@ def motion_arrays(motion: CartMotion, form: Form) -> tuple[Any, ...]:
     return inputs, *[np.zeros(0)] * 4, 0, 0.0, 0.0
 
 
-def make_trial_kernel(step: Callable[..., Any], form: Form, shape: Shape) -> Callable[..., None]:
+def make_trial_kernel(step: LawStep, form: Form, shape: Shape) -> Callable[..., None]:
     """Make the kernel that runs a trial a thread: rows of state and constants of a shape into rows of outcomes."""
     tree, write, motion_of = reader(shape), writer(shape_of(outcome_like(form))), _motion_of(form)
     roll = _rollout(step, form, tree, write)
@@ -153,7 +154,7 @@ def make_trial_kernel(step: Callable[..., Any], form: Form, shape: Shape) -> Cal
 
 
 def make_draw_kernel(
-    step: Callable[..., Any], form: Form, shape: Shape, varied: Callable[..., Any], numbers: int
+    step: LawStep, form: Form, shape: Shape, varied: Callable[..., Any], numbers: int
 ) -> Callable[..., None]:
     """Make the kernel that runs and judges a draw a thread, of a scene with a shape and so many numbers of a plant."""
     tree_shape, plant_shape = shape

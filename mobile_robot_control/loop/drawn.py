@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mobile_robot_control.control.law import law_failure
+from mobile_robot_control.control.law import LawStep, law_failure
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.jit import jitable, jitable_apart
 from mobile_robot_control.loop import batch
@@ -93,7 +93,7 @@ def make_runs(
 
 @lru_cache(maxsize=32)
 def _compiled_runs(
-    step: Callable[..., Any], form: Form, varied: Callable[..., Any], values_of: Callable[..., Any]
+    step: LawStep, form: Form, varied: Callable[..., object], values_of: Callable[..., object]
 ) -> Callable[..., None]:
     """Return the compiled loop over draws of a law's step."""
     roll = jitable_apart(batch.compilable_rollout(step, form))
@@ -108,7 +108,7 @@ def drawn_parts(scene: Scene) -> tuple[Callable[..., Any], Callable[..., Any]]:
 def compiles(scene: Scene) -> bool:
     """Return whether the runs of a scene compile; if they do not, print the reason once."""
     def attempt(trial: Trial) -> None:
-        step: Callable[..., Any] = LAWS[trial.law].step
+        step = LAWS[trial.law].step
         motion = batch.arrays(cart_motion(trial._replace(steps=0)), trial.form.indices)
         _compiled_runs(step, trial.form, *drawn_parts(scene))(
             trial.state, prepared_loop(trial), np.array(flat(scene.values)), np.zeros(0, np.int64),
@@ -125,7 +125,7 @@ def run_draws(runs: DrawnRuns, compile_them: bool | None = None) -> Floats:
     failed.
     """
     trial = runs.scene.trial
-    step: Callable[..., Any] = LAWS[trial.law].step
+    step = LAWS[trial.law].step
     judged = make_judge(trial.form)
     failed = judged(failed_outcome(trial), trial.steps, runs.within)
     plant: Any = flat(runs.scene.values)
@@ -215,7 +215,7 @@ class Draws(NamedTuple):
         model = delayed_model(configuration.plant.model, scenario, 1.0 / configuration.plant.shared.velocity_rate)
         return structure(model, plant_grid(configuration))
 
-    def _scene(self, scenarios: Scenarios, n: int, key: Any) -> tuple[Scene, NDArray[np.int64], list[int]]:
+    def _scene(self, scenarios: Scenarios, n: int, key: object) -> tuple[Scene, NDArray[np.int64], list[int]]:
         scene = make_scene(self.configuration, scenarios[n], self.laps, self.late)
         trial = scene.trial._replace(form=self.form(scene.trial.form))
         names = value_names(scene.values)

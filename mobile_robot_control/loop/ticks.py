@@ -4,7 +4,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.compensation import lead
-from mobile_robot_control.control.law import Law
+from mobile_robot_control.control.law import Law, LawStep
 from mobile_robot_control.control.laws import select
 from mobile_robot_control.control.position_loop import (
     PositionConstants,
@@ -78,7 +78,7 @@ IDEAL_FORM = Form()
 """An ideal robot, and odometry used unchanged."""
 
 
-def driving_step(law_step: Callable[..., Any], form: Form) -> Callable[..., Any]:
+def driving_step(law_step: LawStep, form: Form) -> Callable[..., Any]:
     """Return the step that commands the robot: that of a law, steered if the form needs it."""
     return make_steered(law_step, form.horizon) if form.steered else law_step
 
@@ -94,7 +94,7 @@ def position_form(form: Form) -> PositionForm:
 
 
 def make_position_tick(
-    law_step: Callable[..., Any], form: Form = IDEAL_FORM
+    law_step: LawStep, form: Form = IDEAL_FORM
 ) -> Callable[..., tuple[LoopState, PositionTick, TrackingError]]:
     """
     Make the slow loop's step for a `driving_step` and a form, by closure.

@@ -252,7 +252,7 @@ def bind(
     return roll
 
 
-def roll_trial(trial: Trial, roll: Callable[..., Outcome], motion: Any) -> Outcome:
+def roll_trial(trial: Trial, roll: Callable[..., Outcome], motion: object) -> Outcome:
     """Run one trial with a rollout of its law and its references; a law that raises leaves no measurements."""
     def rolled() -> Outcome:
         return roll(trial.state, prepared_loop(trial), motion, trial.steps, trial.ratio, trial.late)

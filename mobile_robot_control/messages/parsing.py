@@ -48,7 +48,7 @@ class RefusedMessageError(ValueError):
         super().__init__(f'{reason} ({self.detail})' if detail else reason)
 
 
-def read_or_refuse(kind: str, steps: Sequence[Callable[[Any], Any]], message: bytes) -> Any:
+def read_or_refuse(kind: str, steps: Sequence[Callable[[Any], object]], message: bytes) -> Any:
     """
     Convert a message's bytes by steps, one after the other: the only way in which messages are read.
 

@@ -175,6 +175,6 @@ def _flat(parameters: Configuration) -> dict[str, str]:
     return shared | own
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     """Return a value as text, an array in brackets."""
     return '[' + ', '.join(f'{part:g}' for part in value) + ']' if isinstance(value, tuple) else str(value)

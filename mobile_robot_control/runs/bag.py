@@ -202,7 +202,7 @@ class _Reading:
         last = sum(RESET in change.values for change in self._changes.values())
         return tuple(change for change in self._changes.values() if change.run == last)
 
-    def _read(self, name: str, kind: Any, received: Any, data: Any) -> tuple[int, tuple[float, ...]]:
+    def _read(self, name: str, kind: object, received: object, data: object) -> tuple[int, tuple[float, ...]]:
         """Return stamp and numbers of a message; raise RefusedMessageError if it is unusable."""
         if kind not in _KINDS[name]:
             raise RefusedMessageError(f'is of type {shortened(str(kind), 60)}, not {" or ".join(_KINDS[name])}')

@@ -45,7 +45,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     modes = {True: LockstepCart, False: WallClockCart}  # noqa: RUF012 (nothing changes it)
 
-    def __init__(self, replaced: Mapping[str, Any] = MappingProxyType({})) -> None:
+    def __init__(self, replaced: Mapping[str, object] = MappingProxyType({})) -> None:
         super().__init__('reference_cart', ReferenceCartParameters, replaced)
         shared, mode = self.shared, self._mode
         self.pose = Pose(0.0, 0.0, 0.0)
@@ -86,7 +86,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         """Show values in the diagnostics."""
         self.diagnostics.more |= values
 
-    def _waits_for_a_run(self, changed: Mapping[str, Any]) -> bool:
+    def _waits_for_a_run(self, changed: Mapping[str, object]) -> bool:
         return bool(self._mode.waits_for_a_run(changed))
 
     def _refusals(self, values: ReferenceCartParameters) -> Iterable[str]:

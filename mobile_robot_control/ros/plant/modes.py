@@ -57,7 +57,7 @@ class WallClockPlant(WallClockMode):
         """Return the policy for the stamps of pushes."""
         return Now(node.get_clock(), node.shared.stamp_tolerance)
 
-    def start_driver(self, driver: Any) -> None:
+    def start_driver(self, driver: object) -> None:
         """Wait for the first tick."""
 
     def stamp(self, node: Any) -> int:

@@ -182,7 +182,7 @@ class InputValidator:
         self._newest: dict[str, tuple[float, str]] = {}
 
     def validate(
-        self, topic: str, message: bytes, read: Callable[[bytes], Any], policy: StampPolicy
+        self, topic: str, message: bytes, read: Callable[[bytes], object], policy: StampPolicy
     ) -> ValidInput | None:
         """
         Accept or refuse a message.
@@ -240,7 +240,8 @@ class InputValidator:
         return decision
 
     def _compare(
-        self, topic: str, stamp: int, message: bytes, value: Any, read: Callable[[bytes], Any], decision: StampDecision
+        self, topic: str, stamp: int, message: bytes, value: object, read: Callable[[bytes], object],
+        decision: StampDecision,
     ) -> None:
         """Count a message that differs from the first of its stamp; stamp 0 may be of another run."""
         # it is not refused: a restarted node may answer differently, and the run must continue
@@ -260,7 +261,7 @@ class InputValidator:
             'other numbers for a stamp', f'stamp {stamp / 1e9} s, which was taken before, published by {names}: there '
             'is a second publisher, or one that does not repeat its message byte by byte (docs/lockstep.md)'))
 
-    def read(self, topic: str, message: bytes, read: Callable[[bytes], Any]) -> Any:
+    def read(self, topic: str, message: bytes, read: Callable[[bytes], object]) -> Any:
         """Return the content of a message without a stamp; None for a refused message."""
         try:
             return read(message)

@@ -197,5 +197,5 @@ class LocalisationInput:
             f'localisation.timeout is {timeout:g} s')
 
 
-def _listed(message: Any) -> list[Any]:
+def _listed(message: object) -> list[Any]:
     return message if isinstance(message, list) else [message]

@@ -100,7 +100,7 @@ class LockstepDriver:
             self._kept[topic] = stamp, value
             self._answer_question()
 
-    def _take_first_again(self, topic: str, value: Any) -> None:
+    def _take_first_again(self, topic: str, value: object) -> None:
         """Receive a message of stamp 0 after the answer to stamp 0: repeat the answer, or begin a new run."""
         # a plant that was killed at stamp 0 and restarted asks the same stamp again. The answer is repeated only after
         # all inputs have arrived again with the same numbers: other numbers belong to another run. Messages that came

@@ -80,7 +80,7 @@ class LoopNode(Node, Generic[NodeGroup]):
     _saturated = False
 
     def __init__(
-        self, name: str, group: type[NodeGroup], overrides: Mapping[str, Any] = MappingProxyType({})
+        self, name: str, group: type[NodeGroup], overrides: Mapping[str, object] = MappingProxyType({})
     ) -> None:
         super().__init__(name, start_parameter_services=False)
         self._own_name = name  # whatever it is renamed to
@@ -210,7 +210,7 @@ class LoopNode(Node, Generic[NodeGroup]):
 
     # on the wall clock alone
 
-    def receive(self, _topic: str, _stamp: int, value: Any) -> Any:
+    def receive(self, _topic: str, _stamp: int, value: object) -> Any:
         """Receive an input; return its content for the steps."""
         return value
 
@@ -262,11 +262,11 @@ class LoopNode(Node, Generic[NodeGroup]):
         """Return reasons to refuse parameters now."""
         return ()
 
-    def _waits_for_a_run(self, _changed: Mapping[str, Any]) -> bool:
+    def _waits_for_a_run(self, _changed: Mapping[str, object]) -> bool:
         """Return whether changed parameters act from the next run on, and not from the next step."""
         return False
 
-    def _apply(self, values: NodeGroup, changed: Mapping[str, Any]) -> None:
+    def _apply(self, values: NodeGroup, changed: Mapping[str, object]) -> None:
         waits = self._waits_for_a_run(changed)
         self.events.note_changes(changed, waits)
         self._change(values, waits)

@@ -9,7 +9,7 @@ from rclpy.clock import Clock
 from mobile_robot_control.messages.parsing import RefusedMessageError
 
 
-def never(_values: Any) -> float:
+def never(_values: object) -> float:
     """Return the timeout [s] of an input that never becomes too old."""
     return float('inf')
 

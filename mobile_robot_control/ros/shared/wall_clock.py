@@ -62,7 +62,7 @@ class WallClockNode(SteppedNode, Protocol):
     def parameters(self) -> Any:
         """The present parameters, for timeouts."""
 
-    def receive(self, topic: str, stamp: int, value: Any) -> Any:
+    def receive(self, topic: str, stamp: int, value: object) -> Any:
         """Receive an input; return its content for the steps."""
 
     def is_held(self) -> bool:
@@ -171,7 +171,7 @@ class WallClockDriver:
     def go_on(self) -> None:
         """Do nothing: the next tick will come."""
 
-    def change(self, _values: Any) -> None:
+    def change(self, _values: object) -> None:
         """Do nothing: the wall clock has one pace."""
 
     def close(self) -> None:
