@@ -70,7 +70,7 @@ $(TESTED): setup.py setup.cfg package.xml $(wildcard constraints/*) | $(BIN)/act
 # lock what setup.py pulls in, on both distributions and all Pythons. A version that still fits stays, which CI checks;
 # UPGRADE=--upgrade takes the newest
 constraints: $(VENV)/.locking
-	@for ros in jazzy kilted; do for python in 3.10 3.11 3.12 3.13; do \
+	@for ros in jazzy kilted; do for python in 3.10 3.11 3.12; do \
 	  $(BIN)/uv pip compile --quiet $(UPGRADE) --no-header --no-annotate --python-version $$python --extra $$ros \
 	    $(foreach extra,cluster cuda dashboard docs fast locking mutants test,--extra $(extra)) \
 	    setup.py -o constraints/$$ros-$$python.txt || exit; done; done

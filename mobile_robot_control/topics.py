@@ -178,11 +178,6 @@ class LoopGraph(NamedTuple):
     nodes: tuple[str, ...]
 
     @property
-    def velocity_topics(self) -> tuple[str, ...]:
-        """Names of the topics at the velocity rate."""
-        return tuple(name for name, topic in self.topics.items() if topic.rate == 'velocity_rate')
-
-    @property
     def recorded(self) -> dict[str, Topic]:
         """The recorded topics of its nodes by name; nobody waits for them, but for the truth, see `with_truth`."""
         return {name: topic for name, topic in RECORDED_TOPICS.items()

@@ -12,7 +12,7 @@ Shape = Any
 _READ = {float: 'row[{}]', int: 'int(row[{}])', bool: 'row[{}] != 0.0'}
 
 
-def shape_of(tree: Any) -> Shape:
+def shape_of(tree: object) -> Shape:
     """Return the shape of a tree of tuples, NamedTuples, floats, integers up to 2**53 and bools."""
     if isinstance(tree, tuple):
         return type(tree), tuple(map(shape_of, tree))

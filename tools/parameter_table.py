@@ -3,7 +3,6 @@
 import re
 import sys
 from pathlib import Path
-from typing import Any
 
 from mobile_robot_control.parameters.declaration import Declaration, Field, declarations, describe_bounds
 from mobile_robot_control.settings.nodes import NODES
@@ -12,7 +11,7 @@ from mobile_robot_control.settings.shared import Shared
 _END = '<!-- end of parameters -->'
 
 
-def _written(value: Any) -> str:
+def _written(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple):
@@ -43,16 +42,15 @@ def _table(title: str, declared: dict[str, Declaration]) -> str:
 
 def tables(node: str = '') -> str:
     """
-    Return the Markdown table of a node's own parameters; where it is '', those of all nodes and the shared ones.
+    Return the Markdown table of a node's own parameters; where it is '', of those that all nodes share.
 
     A star marks the parameters that change live.
     """
     shared = declarations(Shared)
-    own = {name: {key: declared for key, declared in declarations(group).items() if key not in shared}
-           for name, group in NODES.items()}
-    if node:
-        return _table('Parameters', own[node])
-    return '\n\n'.join([_table('All nodes', shared), *(_table(f'`{name}`', table) for name, table in own.items())])
+    if not node:
+        return _table('All nodes', shared)
+    return _table('Parameters', {name: declared for name, declared in declarations(NODES[node]).items()
+                                 if name not in shared})
 
 
 def insert_parameters(text: str) -> str:

@@ -111,7 +111,7 @@ def lap_loop(configuration: Configuration) -> LapLoop:
         LAWS[control.controller_type], selected_velocity_law(configuration.velocity_controller.control)[0], form)
     position_tick = make_position_tick(steps.position, form)
 
-    def checked_tick(*arguments: Any) -> Any:
+    def checked_tick(*arguments: object) -> Any:
         try:
             ticked = position_tick(*arguments)
         except KeyboardInterrupt:
@@ -204,7 +204,7 @@ class LinearLoop(NamedTuple):
 _NO_DERIVATIVE = LinearLoop(*(np.full(shape, np.nan) for shape in ((1, 1), (1, 1, 2), (2, 1))))
 
 
-def numbers_of(value: Any, frame: Pose) -> list[float]:
+def numbers_of(value: object, frame: Pose) -> list[float]:
     """Return the floats of nested tuples; those of a pose relative to a frame that moves with the reference."""
     if isinstance(value, Pose):
         return list(tracking_error(value, frame))
@@ -213,7 +213,7 @@ def numbers_of(value: Any, frame: Pose) -> list[float]:
     return [number for part in value for number in numbers_of(part, frame)] if isinstance(value, tuple) else []
 
 
-def with_numbers(value: Any, numbers: Iterator[float], frame: Pose) -> Any:
+def with_numbers(value: object, numbers: Iterator[float], frame: Pose) -> Any:
     """Return nested tuples with other floats, in the order of `numbers_of`; other values stay."""
     if isinstance(value, Pose):
         ahead, aside, turn = next(numbers), next(numbers), next(numbers)

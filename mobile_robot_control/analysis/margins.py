@@ -195,17 +195,17 @@ def lap_multiplier(lap: LapLoop, ticks: Sequence[FollowedTick], pattern: int) ->
 def _multiplier(lap: LapLoop, ticks: Sequence[FollowedTick], pattern: int) -> float:
     poses = [tick.reference.pose for tick in ticks] + [ticks[-1].next_reference.pose]
 
-    def rolled(state: Any, first: int, last: int) -> Any:
+    def rolled(state: object, first: int, last: int) -> Any:
         for tick in ticks[first:last]:
             state = lap.position_tick(state, tick.references, tick.k, tick.time, lap.loop)[0]
             for j in range(lap.ratio):
                 state = lap.velocity_tick(state, tick.k + j, lap.loop)[0]
         return state
 
-    def numbers(state: Any, n: int) -> Array:
+    def numbers(state: object, n: int) -> Array:
         return np.array(numbers_of(state, poses[n]))
 
-    def stretch(state: Any, first: int, last: int, chosen: Flags) -> Opened:
+    def stretch(state: object, first: int, last: int, chosen: Flags) -> Opened:
         """Return the chosen numbers at the end of a stretch as a function of those at its start."""
         whole = numbers(state, first)
 

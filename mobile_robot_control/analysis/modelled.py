@@ -130,11 +130,11 @@ def effect_of(name: str) -> Effect | None:
     return next((effect for effect in EFFECTS if any(fnmatchcase(name, one) for one in effect.parameters)), None)
 
 
-def _is_off(value: Any, off: float) -> bool:
+def _is_off(value: object, off: float) -> bool:
     return all(one == off for one in value) if isinstance(value, tuple) else value == off
 
 
-def _text(value: Any, units: str) -> str:
+def _text(value: object, units: str) -> str:
     """Return a value with its unit; for an array, each number with its own unit or all with one."""
     numbers = value if isinstance(value, tuple) else (value,)
     each = units.split(', ')

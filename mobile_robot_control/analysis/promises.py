@@ -17,7 +17,7 @@ from mobile_robot_control.analysis.modelled import Described, describe_model, dr
 from mobile_robot_control.loop.monte_carlo import Scenarios
 from mobile_robot_control.loop.scenarios import COULOMB, Scenario
 from mobile_robot_control.model.plant import VELOCITY
-from mobile_robot_control.settings.nodes import Configuration, counted_twice
+from mobile_robot_control.settings.nodes import Configuration, latency_cautions
 from mobile_robot_control.system.texts import as_lines
 
 THIN_GAIN = 2.0
@@ -66,7 +66,7 @@ def promise(configuration: Configuration, scenarios: Sequence[Scenario]) -> Prom
     shared = configuration.plant.shared
     return Promise(describe_scenarios(configuration, scenarios), loop_margins(configuration),
                    1.0 / shared.velocity_rate, 1.0 / shared.position_rate, shared.lockstep,
-                   tuple(counted_twice(configuration.position_controller)))
+                   tuple(latency_cautions(configuration.position_controller)))
 
 
 def describe_scenarios(configuration: Configuration, scenarios: Sequence[Scenario]) -> Described:

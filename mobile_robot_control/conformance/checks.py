@@ -196,7 +196,7 @@ def file_option(registry: Registry[Any], record: Any, function: Any, option: str
     return [option, os.path.realpath(file)]
 
 
-def _is_installed(record: Any, group: str) -> bool:
+def _is_installed(record: object, group: str) -> bool:
     """Return whether a record belongs to an entry point of an installed package."""
     return any(record is getattr(sys.modules.get(point.module), point.attr, None)
                for point in metadata.entry_points(group=group))

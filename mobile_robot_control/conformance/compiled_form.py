@@ -30,7 +30,7 @@ from mobile_robot_control.conformance.sampling import (
     searched_controls,
     taken_gains,
 )
-from mobile_robot_control.control.law import Law
+from mobile_robot_control.control.law import Law, LawStep
 from mobile_robot_control.control.laws import BUILT_IN
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.batch import reason_of
@@ -85,7 +85,7 @@ def _called(node: ast.Call) -> str:
     return node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, 'id', '')
 
 
-def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
+def _value(node: ast.AST, names: Mapping[str, object]) -> Any:
     """Return the object that a name, or a name with attributes, stands for; None if unknown."""
     if isinstance(node, ast.Attribute):
         return getattr(_value(node.value, names), node.attr, None)
@@ -98,7 +98,7 @@ def _is_written_power_of_two(node: ast.AST) -> bool:
         isinstance(part, ast.Name) for part in ast.walk(node.right))
 
 
-def _when_compiled(node: ast.AST, names: Mapping[str, Any]) -> str:
+def _when_compiled(node: ast.AST, names: Mapping[str, object]) -> str:
     """Return the replacement of an expression that rounds differently when compiled; '' if it does not."""
     if isinstance(node, ast.BinOp | ast.AugAssign) and isinstance(node.op, ast.Pow):
         return 'products, or math.sqrt,'
@@ -110,7 +110,7 @@ def _when_compiled(node: ast.AST, names: Mapping[str, Any]) -> str:
     return ''
 
 
-def _elsewhere(node: ast.AST, names: Mapping[str, Any]) -> str:
+def _elsewhere(node: ast.AST, names: Mapping[str, object]) -> str:
     """Return the replacement of an expression that rounds differently on another machine; '' if it does not."""
     if isinstance(node, ast.BinOp | ast.AugAssign) and isinstance(node.op, ast.Pow):
         return 'products, or pow of mobile_robot_control.elementary,'
@@ -129,7 +129,7 @@ def _elsewhere(node: ast.AST, names: Mapping[str, Any]) -> str:
     return ''
 
 
-def _home(value: Any) -> str:
+def _home(value: object) -> str:
     """Return the module of a function, or of its type."""
     return str(getattr(value, '__module__', None) or type(value).__module__)
 
@@ -158,7 +158,7 @@ def _tree(function: FunctionType) -> ast.AST | None:
 
 
 def suspects(
-    step: Callable[..., Any], remedy_of: Callable[[ast.AST, Mapping[str, Any]], str] = _when_compiled
+    step: LawStep, remedy_of: Callable[[ast.AST, Mapping[str, Any]], str] = _when_compiled
 ) -> list[Suspect]:
     """
     Return the suspicious expressions of a law's step and its callees, in the order of the calls.
@@ -247,7 +247,7 @@ def _lines(law: Law) -> str:
     return f'see {found}' if found else 'no expression is known to round otherwise; a division by zero does not raise'
 
 
-def _share(plain: Any, compiled: Any) -> float:
+def _share(plain: object, compiled: object) -> float:
     """Return the largest difference of two results, in units of the tolerance."""
     ours, theirs = numbers(plain), numbers(compiled)
     if len(ours) != len(theirs):

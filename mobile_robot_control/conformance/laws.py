@@ -67,7 +67,7 @@ _PURE = 250
 """Number of inputs on which a law is called repeatedly."""
 
 
-def _copied(value: Any) -> Any:
+def _copied(value: object) -> Any:
     """Copy an input; return the input itself if that fails, as for a solver that `prepare` keeps."""
     try:
         return copy.deepcopy(value)
@@ -188,7 +188,7 @@ class _Watched:
         self._step = law.step
         self.newest: Observation | None = None
 
-    def __call__(self, state: Any, observation: Observation, gains: Any, dt: float) -> tuple[Any, BodyVelocity]:
+    def __call__(self, state: object, observation: Observation, gains: object, dt: float) -> tuple[Any, BodyVelocity]:
         self.newest = observation
         return self._step(state, observation, gains, dt)
 
@@ -281,7 +281,7 @@ def survives_a_switch(law: Law) -> Iterator[str]:
     seen = list(drawn_observations(Random(_RUN_SEED), 40, law.horizon))  # noqa: S311 (no secret)
     ours, theirs = default_control(law), default_control(other)
     changed = next(searched_controls(law, Random(_RUN_SEED)), ours)  # noqa: S311 (no secret)
-    running = bumpless_transfer.begin(theirs, DT, under_way=False)
+    running = bumpless_transfer.begin_law(theirs, DT, under_way=False)
     for control, restart in ((ours, False), (changed, False), (theirs, False), (ours, True)):
         running = bumpless_transfer.change(running, control, DT, restart)
         try:
@@ -305,7 +305,7 @@ def begins_again(law: Law) -> Iterator[str]:
     control = default_control(law)
 
     def commands(under_way: bool, observations: Sequence[Observation]) -> list[BodyVelocity]:
-        return _steps(bumpless_transfer.begin(control, DT, under_way), observations)[1]
+        return _steps(bumpless_transfer.begin_law(control, DT, under_way), observations)[1]
 
     first = commands(False, seen)
     with suppress(LawFailedError):  # a failure belongs to the check of a switch

@@ -17,7 +17,7 @@ from mobile_robot_control.quantities import LARGEST, SMALLEST, BodyVelocity, Obs
 from mobile_robot_control.search.space import Gains, Gene, decode, search_genes
 
 
-def bits_of(value: Any, within: frozenset[int] = frozenset()) -> Any:
+def bits_of(value: object, within: frozenset[int] = frozenset()) -> Any:
     """
     Return a value that is equal for two arguments only if they are equal to the last bit, including all their parts.
 
@@ -41,7 +41,7 @@ def bits_of(value: Any, within: frozenset[int] = frozenset()) -> Any:
     return type(value).__name__, content
 
 
-def numbers(value: Any) -> list[float]:
+def numbers(value: object) -> list[float]:
     """Return all numbers of nested tuples, in order."""
     if isinstance(value, tuple | list):
         return [number for part in value for number in numbers(part)]
@@ -162,7 +162,7 @@ def near_observations(draws: Random, count: int, horizon: int) -> Iterator[Obser
 
 
 def follow(
-    law: Law, state: Any, observations: Iterable[Observation], control: PositionControl, dt: float
+    law: Law, state: object, observations: Iterable[Observation], control: PositionControl, dt: float
 ) -> Iterator[Case]:
     """Yield the inputs of successive steps, each with the state returned by the previous one."""
     first, gains = state, taken_gains(control, dt)

@@ -1,6 +1,5 @@
 """Bumpless transfer: a change of the position law or its gains makes no jump of the command."""
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.compensation import NO_LEAD, Lead, lead, leading
@@ -50,7 +49,7 @@ class RunningLaw(NamedTuple):
     lead: Lead = NO_LEAD
 
 
-def begin(parameters: PositionControl, dt: float, under_way: bool) -> RunningLaw:
+def begin_law(parameters: PositionControl, dt: float, under_way: bool) -> RunningLaw:
     """
     Start the law that the parameters name, at a period [s].
 
@@ -103,7 +102,7 @@ def step(
         If the law raises, or its command is not finite.
 
     """
-    law_step: Callable[..., Any] = running.law.step
+    law_step = running.law.step
     driven = running.law._replace(step=make_steered(law_step, len(observation.horizon)))
     state, law_command = checked_step(driven, running.state, observation, running.gains, dt)
     if acceleration is not None:

@@ -1,7 +1,7 @@
 """The record of a position law: its step, its gains, and all that the rest of the package knows of it."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from typing import Any, NamedTuple, Protocol
 
 from mobile_robot_control.jit import jitable
@@ -15,7 +15,7 @@ class NoState(NamedTuple):
     nothing: float = 0.0
 
 
-class LawStep(Protocol):
+class LawStep(Hashable, Protocol):
     """
     One step of a position law: a pure function of floats and NamedTuples.
 
@@ -107,7 +107,7 @@ def is_sound(command: BodyVelocity) -> bool:
     return math.isfinite(command.linear) and math.isfinite(command.angular)
 
 
-def law_failure(repeat: Callable[[], Any], error: BaseException | None = None) -> str:
+def law_failure(repeat: Callable[[], object], error: BaseException | None = None) -> str:
     """
     Describe the failure of a law's step, with file and line.
 
@@ -140,7 +140,9 @@ def _is_result(result: Any) -> bool:
     return True
 
 
-def checked_step(law: Law, state: Any, observation: Observation, gains: Any, dt: float) -> tuple[Any, BodyVelocity]:
+def checked_step(
+    law: Law, state: object, observation: Observation, gains: object, dt: float
+) -> tuple[Any, BodyVelocity]:
     """Run one step of a law, as `LawStep`; raise LawFailedError if it fails."""
     try:
         after, command = law.step(state, observation, gains, dt)

@@ -34,10 +34,14 @@ RESERVED = frozenset({
     'odom_frame_id', 'path_frame', 'base_frame_id', 'reference_frame_id',
     'use_sim_time', 'qos_overrides', 'start_type_description_service',
 })
-"""A law's group of parameters has the law's name, which must differ from other parameters and search entries."""
+"""
+A law's group of parameters has the law's name, which must differ from other parameters and search entries.
+
+They are declared above this folder, in `settings`, which imports it; a test compares both.
+"""
 
 
-def law_violations(law: Any) -> Iterator[str]:
+def law_violations(law: object) -> Iterator[str]:
     """Yield the faults in the record of a law itself; for its groups see `groups_of`."""
     if not isinstance(law, Law):
         yield f'LAW is of type {type(law).__name__}; write LAW = Law(name, step, Gains)'
@@ -112,7 +116,7 @@ def groups_of(law: Law) -> tuple[str, ...]:
 _compiled: dict[Callable[[Any, float], Any], Callable[[Any, float], Any]] = {}
 
 
-def prepare_compiled(prepare: Callable[[Any, float], Any], compiled: Callable[[Any, float], Any]) -> None:
+def prepare_compiled(prepare: Callable[[Any, float], object], compiled: Callable[[Any, float], object]) -> None:
     """Prepare gains by a compiled function from now on in this process."""
     _compiled[prepare] = compiled
 
@@ -144,7 +148,7 @@ def select(parameters: PositionControl, dt: float) -> tuple[Law, Any]:
     return law, prepared_gains(law, gains, dt)
 
 
-def prepared_gains(law: Law, gains: Any, dt: float) -> Any:
+def prepared_gains(law: Law, gains: object, dt: float) -> Any:
     """Convert declared gains to the form of a law's step, at a period [s]; raise ParameterError if `prepare` fails."""
     if law.prepare is None:
         return gains

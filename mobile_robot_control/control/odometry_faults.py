@@ -68,7 +68,7 @@ _AGAINST, _LASTS = 0.5, 0.8
 """Shares: of the motion asked for, that it makes the other way, and of its first speed, that it keeps."""
 
 
-class Channel(NamedTuple):
+class OppositionChannel(NamedTuple):
     """
     Motion beside the command, for one component since the command last changed its sign.
 
@@ -94,19 +94,21 @@ class Channel(NamedTuple):
     first: float = math.nan
     now: float = 0.0
 
-    def after(self, command: float, clear: float, step: float, twist: float, dt: float, latency: float) -> 'Channel':
+    def after(
+        self, command: float, clear: float, step: float, twist: float, dt: float, latency: float
+    ) -> 'OppositionChannel':
         """Return the channel after a time [s] with a command, a step of the poses and a twist."""
         if abs(command) < clear:
             return self
         sign = math.copysign(1.0, command)
         if sign != self.sign:
-            return Channel(sign)
+            return OppositionChannel(sign)
         since = self.since + dt
         if since < _STARTS + latency:
             return self._replace(since=since)
         speed = sign * twist
-        return Channel(sign, since, self.commanded + sign * command * dt, self.posed + sign * step,
-                       self.told + speed * dt, speed if math.isnan(self.first) else self.first, speed)
+        return OppositionChannel(sign, since, self.commanded + sign * command * dt, self.posed + sign * step,
+                                 self.told + speed * dt, speed if math.isnan(self.first) else self.first, speed)
 
     def is_contrary(self, least: float) -> bool:
         """Return whether poses and twists move the other way, and do not brake."""
@@ -117,8 +119,8 @@ class Channel(NamedTuple):
 class Opposition(NamedTuple):
     """Both components of odometry beside the commands."""
 
-    linear: Channel = Channel()
-    angular: Channel = Channel()
+    linear: OppositionChannel = OppositionChannel()
+    angular: OppositionChannel = OppositionChannel()
 
     def after(
         self, command: BodyVelocity, before: Pose, pose: Pose, twist: BodyVelocity, dt: float, latency: float = 0.0

@@ -16,7 +16,7 @@ from mobile_robot_control.control.compensation import (
     leading,
     mean_acceleration,
 )
-from mobile_robot_control.control.law import is_sound
+from mobile_robot_control.control.law import LawStep, is_sound
 from mobile_robot_control.control.limits import Limits, limit_command
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.jit import jitable
@@ -102,7 +102,7 @@ class PositionForm(NamedTuple):
     feeds_torques: bool = False
 
 
-def position_at_rest(law_start: Any, form: PositionForm) -> PositionState:
+def position_at_rest(law_start: object, form: PositionForm) -> PositionState:
     """Return the state of the position loop at a run's start, from that of its law."""
     return PositionState(law_start, NO_ODOMETRY if form.compensates and not form.timed else ())
 
@@ -157,7 +157,7 @@ def _fed_both(
 
 @lru_cache(maxsize=64)
 def make_position_step(
-    law_step: Callable[..., Any], form: PositionForm
+    law_step: LawStep, form: PositionForm
 ) -> Callable[..., tuple[PositionState, BodyVelocity, Any, TrackingError, Pose]]:
     """
     Make the step of the position loop for the step of a law, plain or to be compiled.

@@ -79,7 +79,7 @@ def _all_turned_round(count: int) -> Callable[[tuple[Reference, ...]], tuple[Ref
 
 
 @lru_cache(maxsize=64)
-def make_steered(law_step: Callable[..., Any], horizon: int = 0) -> LawStep:
+def make_steered(law_step: LawStep, horizon: int = 0) -> LawStep:
     """Make the step of a law that is steered, for references of so many ticks ahead; its state is a Steering."""
     ahead = _all_turned_round(horizon)
 

@@ -40,6 +40,9 @@ class VelocityLawStep(Protocol):
     With the functions of `mobile_robot_control.elementary` it compiles, and has the same bits on every machine.
     """
 
+    def __hash__(self) -> int:
+        """Steps are functions, or compared as they are."""
+
     def __call__(
         self, state: Any, inputs: VelocityInputs, gains: Any, robot: Robot, limit: float, dt: float, /
     ) -> tuple[Any, WheelTorque]:

@@ -72,7 +72,7 @@ REFERENCE, VALUE, COMMAND, SEEN, DIFFERENCE, MEAN, BEST = (
 """Kinds of curves: of the cart, of a run, dotted over it, thin beside it, a run minus the first; and of a search."""
 
 
-class Curve(NamedTuple):
+class Trace(NamedTuple):
     """
     One line of a panel.
 
@@ -98,7 +98,7 @@ class Curve(NamedTuple):
     thinned_from: int = 0
 
 
-class Pose(NamedTuple):
+class RobotMark(NamedTuple):
     """A robot at x, y [m] and heading [rad] in a plane, of a run."""
 
     run: int
@@ -146,7 +146,7 @@ class Panel(NamedTuple):
         Within the figure.
     label, unit : str
         Of the vertical axis; '' without a unit.
-    curves : tuple of Curve
+    curves : tuple of Trace
         From back to front.
     over : str
         Quantity of the horizontal axis, with its unit.
@@ -174,7 +174,7 @@ class Panel(NamedTuple):
     name: str
     label: str
     unit: str
-    curves: tuple[Curve, ...]
+    curves: tuple[Trace, ...]
     over: str = 'time [s]'
     bend: float = 0.0
     limits: tuple[tuple[int, float], ...] = ()
@@ -182,7 +182,7 @@ class Panel(NamedTuple):
     logarithmic: bool = False
     from_zero: bool = False
     in_plane: bool = False
-    poses: tuple[Pose, ...] = ()
+    poses: tuple[RobotMark, ...] = ()
     marks: tuple[Marks, ...] = ()
     circle: float = 0.0
     title: str = ''
@@ -232,7 +232,7 @@ class Figure(NamedTuple):
     heading: str = ''
 
 
-def plane(name: str, curves: Sequence[Curve], poses: Sequence[Pose] = (), title: str = '') -> Panel:
+def plane(name: str, curves: Sequence[Trace], poses: Sequence[RobotMark] = (), title: str = '') -> Panel:
     """Return a panel of the plane."""
     return Panel(name, 'y', 'm', tuple(curves), 'x [m]', in_plane=True, poses=tuple(poses), title=title)
 

@@ -37,9 +37,9 @@ class Model(NamedTuple):
     outputs: Callable[[Floats], list[Floats]]
 
 
-class Noise(NamedTuple):
+class ResidualNoise(NamedTuple):
     """
-    Noise of one output: e[k] = φ e[k-1] + η[k] - θ η[k-1].
+    ResidualNoise of one output: e[k] = φ e[k-1] + η[k] - θ η[k-1].
 
     White noise of a position makes θ = 1 for its differences; a persistent disturbance makes φ > 0.
 
@@ -72,7 +72,7 @@ class Estimate(NamedTuple):
         Measured minus modelled, one recording each.
     whitened : array of float, shape (n, 2)
         Residuals of all recordings without their correlation, in standard deviations.
-    noise : tuple of Noise
+    noise : tuple of ResidualNoise
         Of both outputs.
     """
 
@@ -81,7 +81,7 @@ class Estimate(NamedTuple):
     covariance: Floats
     residuals: list[Floats]
     whitened: Floats
-    noise: tuple[Noise, ...]
+    noise: tuple[ResidualNoise, ...]
 
     @property
     def deviations(self) -> Floats:
@@ -95,7 +95,7 @@ class Estimate(NamedTuple):
         return 2.0 * self.whitened.shape[0] * sum(float(np.log(one.deviation)) for one in self.noise)
 
 
-def whitened(residuals: Sequence[Floats], noise: Sequence[Noise]) -> Floats:
+def whitened(residuals: Sequence[Floats], noise: Sequence[ResidualNoise]) -> Floats:
     """Return residuals of all recordings without their correlation, in standard deviations."""
     from scipy.signal import lfilter  # noqa: PLC0415 (imported late: most commands do without)
 
@@ -104,20 +104,20 @@ def whitened(residuals: Sequence[Floats], noise: Sequence[Noise]) -> Floats:
                          for n, one in enumerate(noise)]) for part in residuals])
 
 
-def estimate_noise(residuals: Sequence[Floats]) -> tuple[Noise, ...]:
+def estimate_noise(residuals: Sequence[Floats]) -> tuple[ResidualNoise, ...]:
     """Estimate the noise of each output from residuals."""
     from scipy.optimize import minimize  # noqa: PLC0415 (late, as above)
 
-    def of_output(n: int) -> Noise:
+    def of_output(n: int) -> ResidualNoise:
         def deviation(coefficients: Floats) -> float:
             parts = [part[:, n:n + 1] for part in residuals]
-            noise = Noise(coefficients[0], coefficients[1], 1.0)
+            noise = ResidualNoise(coefficients[0], coefficients[1], 1.0)
             return float(np.sqrt((whitened(parts, [noise]) ** 2).mean())) + _FLOOR
 
         fitted = min((minimize(lambda coefficients: np.log(deviation(coefficients)), start, method='L-BFGS-B',
                                bounds=[(-_NOISE_LIMIT, _NOISE_LIMIT)] * 2)
                       for start in ((0.0, 0.0), (0.5, 0.9), (0.9, 0.5))), key=lambda one: one.fun)
-        return Noise(float(fitted.x[0]), float(fitted.x[1]), deviation(fitted.x))
+        return ResidualNoise(float(fitted.x[0]), float(fitted.x[1]), deviation(fitted.x))
 
     return tuple(map(of_output, range(residuals[0].shape[1])))
 
@@ -133,7 +133,7 @@ def jacobian(model: Model, values: Floats) -> list[list[Floats]]:
     return derivatives
 
 
-def _fit(model: Model, measured: Sequence[Floats], start: Floats, noise: Sequence[Noise]) -> Floats:
+def _fit(model: Model, measured: Sequence[Floats], start: Floats, noise: Sequence[ResidualNoise]) -> Floats:
     """Return the parameters with the smallest whitened residuals."""
     from scipy.optimize import least_squares  # noqa: PLC0415 (late, as above)
 
@@ -179,7 +179,8 @@ def estimate(
     noise = estimate_noise(_differences(measured, model.outputs(values)))
     for turn in range(rounds):
         # before the parameters are near, residuals are no noise, but show the scale of each output
-        values = _fit(model, measured, values, noise if turn else [Noise(0.0, 0.0, one.deviation) for one in noise])
+        values = _fit(model, measured, values, noise if turn else [
+            ResidualNoise(0.0, 0.0, one.deviation) for one in noise])
         noise = estimate_noise(_differences(measured, model.outputs(values)))
         tell()
     residuals = _differences(measured, model.outputs(values))

@@ -6,7 +6,7 @@ from html import escape
 import numpy as np
 
 from mobile_robot_control.figures.drawing import draw
-from mobile_robot_control.figures.figure import COMMAND, VALUE, Curve, Figure, Floats, Line, Panel, plane
+from mobile_robot_control.figures.figure import COMMAND, VALUE, Figure, Floats, Line, Panel, Trace, plane
 from mobile_robot_control.figures.palette import as_svg
 from mobile_robot_control.identification.result import (
     GOOD,
@@ -59,18 +59,18 @@ def _figures(prediction: Prediction, residuals: Floats) -> list[Figure]:
         'velocities', 'Held-out part: velocities', 'Measured, and predicted by the model from commands or torques '
         'alone, for the part held out of the fit.', ('measured', 'modelled'), tuple(
             Panel(name, name, unit, (
-                Curve(VALUE, 0, '', _thin(prediction.times[part], prediction.measured[part, n])),
-                Curve(VALUE, 1, '', _thin(prediction.times[part], prediction.modelled[part, n]))))
+                Trace(VALUE, 0, '', _thin(prediction.times[part], prediction.measured[part, n])),
+                Trace(VALUE, 1, '', _thin(prediction.times[part], prediction.modelled[part, n]))))
             for n, (name, unit) in enumerate((('v', 'm/s'), ('ω', 'rad/s')))), 5.0, 11.0)
     path = Figure(
         'path', 'Held-out part: path', 'Both begin at the same pose; errors of the heading add up.',
         ('measured', 'modelled'),
-        (plane('path', [Curve(VALUE, 0, '', Line(*prediction.measured_path[:, :2].T)),
-                        Curve(VALUE, 1, '', Line(*prediction.modelled_path[:, :2].T))]),), 5.0)
+        (plane('path', [Trace(VALUE, 0, '', Line(*prediction.measured_path[:, :2].T)),
+                        Trace(VALUE, 1, '', Line(*prediction.modelled_path[:, :2].T))]),), 5.0)
     left = prediction.measured - prediction.modelled
     errors = Figure(
         'errors', 'Residuals', 'Measured less modelled, over the whole recording.', ('residual',), tuple(
-            Panel(name, name, unit, (Curve(VALUE, 0, '', _thin(prediction.times, left[:, n])),))
+            Panel(name, name, unit, (Trace(VALUE, 0, '', _thin(prediction.times, left[:, n])),))
             for n, (name, unit) in enumerate((('v', 'm/s'), ('ω', 'rad/s')))), 5.0)
     count = residuals.shape[0]
     bound = 1.96 / np.sqrt(count)
@@ -79,9 +79,9 @@ def _figures(prediction: Prediction, residuals: Floats) -> list[Figure]:
         'correlation', 'Correlation of the residuals', 'Of the residuals without their modelled noise, so many samples '
         'apart; within the dotted lines it is chance.', ('correlation',), tuple(
             Panel(name, name, '', (
-                Curve(COMMAND, 0, 'chance', Line(lags[[0, -1]], np.full(2, bound))),
-                Curve(COMMAND, 0, '', Line(lags[[0, -1]], np.full(2, -bound))),
-                Curve(VALUE, 0, '', Line(lags, np.array([
+                Trace(COMMAND, 0, 'chance', Line(lags[[0, -1]], np.full(2, bound))),
+                Trace(COMMAND, 0, '', Line(lags[[0, -1]], np.full(2, -bound))),
+                Trace(VALUE, 0, '', Line(lags, np.array([
                     float(np.mean(residuals[lag:, n] * residuals[:-lag, n]) / np.mean(residuals[:, n] ** 2))
                     for lag in range(1, _LAGS + 1)])))), 'samples') for n, name in enumerate(('v', 'ω'))), 5.0)
     return [velocities, path, errors, correlation]

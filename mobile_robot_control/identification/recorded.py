@@ -123,7 +123,7 @@ _FEW = 2
 Mask = NDArray[np.bool_]
 
 
-class Motion(NamedTuple):
+class RecordedMotion(NamedTuple):
     """
     The motion of a robot between its messages.
 
@@ -174,7 +174,7 @@ class Recorded(NamedTuple):
         Of cmd_vel.
     odometry : Poses or None
         As recorded.
-    motion : Motion or None
+    motion : RecordedMotion or None
         Of odometry.
     truth : Poses or None
         From outside.
@@ -182,7 +182,7 @@ class Recorded(NamedTuple):
         Efforts of joint_states; each applied up to its time, nan if unknown.
     requests : Commands or None
         Of wheel_torques.
-    wheels : Motion or None
+    wheels : RecordedMotion or None
         Of joint_states.
     clocks : dict of str to Clock
         By topic.
@@ -199,11 +199,11 @@ class Recorded(NamedTuple):
     name: str
     commands: Commands | None
     odometry: Poses | None
-    motion: Motion | None
+    motion: RecordedMotion | None
     truth: Poses | None
     torques: Commands | None
     requests: Commands | None
-    wheels: Motion | None
+    wheels: RecordedMotion | None
     clocks: dict[str, Clock]
     problems: tuple[str, ...]
     held: tuple[str, ...]
@@ -301,7 +301,7 @@ def moved_between(poses: Floats) -> Floats:
     return moved
 
 
-def _motion_of(odometry: Poses, commands: Commands | None) -> Motion:
+def _motion_of(odometry: Poses, commands: Commands | None) -> RecordedMotion:
     """Return the robot's motion by its odometry, and the intervals that can be compared with a model."""
     times, moved = odometry.times, moved_between(odometry.values)
     intervals = np.diff(times)
@@ -321,10 +321,10 @@ def _motion_of(odometry: Poses, commands: Commands | None) -> Motion:
         for lost in np.flatnonzero((intervals > 1.5 * np.median(intervals)) & large):
             usable &= (times[1:] < commands.times[lost]) | (times[:-1] > commands.times[lost + 1] + 0.5 * _SETTLING)
         usable &= (times[:-1] > commands.times[0]) & (times[1:] < commands.times[-1] + _SILENCE)
-    return Motion(times, moved, usable)
+    return RecordedMotion(times, moved, usable)
 
 
-def _wheels(joints: Signal, clock: Clock) -> tuple[Commands, Motion]:
+def _wheels(joints: Signal, clock: Clock) -> tuple[Commands, RecordedMotion]:
     """Return the torques and the motion of both wheels."""
     columns = {name: joints.values[:, n] for n, name in enumerate(COLUMNS['joint_states'])}
     angles, speeds, efforts = (np.column_stack([columns[f'{side}_{kind}'] for side in ('right', 'left')])
@@ -339,7 +339,7 @@ def _wheels(joints: Signal, clock: Clock) -> tuple[Commands, Motion]:
     is_known = intervals < 1.5 / clock.rate
     applied = np.where(is_known[:, None], efforts[1:], np.nan)
     return (Commands(clock.times, np.concatenate([applied[:1], applied])),
-            Motion(clock.times, turned, is_known & np.isfinite(applied).all(axis=1)))
+            RecordedMotion(clock.times, turned, is_known & np.isfinite(applied).all(axis=1)))
 
 
 def cut(recorded: Recorded, seconds: float) -> Recorded:
@@ -351,4 +351,4 @@ def cut(recorded: Recorded, seconds: float) -> Recorded:
     told, last = int(np.searchsorted(commands.times, end)), int(np.searchsorted(motion.times, end))
     return recorded._replace(
         commands=Commands(commands.times[:told], commands.values[:told]),
-        motion=Motion(motion.times[:last], motion.moved[:last - 1], motion.usable[:last - 1]))
+        motion=RecordedMotion(motion.times[:last], motion.moved[:last - 1], motion.usable[:last - 1]))

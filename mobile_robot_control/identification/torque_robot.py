@@ -9,7 +9,7 @@ import numpy as np
 from mobile_robot_control.figures.figure import Floats
 from mobile_robot_control.identification import findings
 from mobile_robot_control.identification.estimation import Estimate, Model, estimate
-from mobile_robot_control.identification.recorded import Commands, Motion, Recorded
+from mobile_robot_control.identification.recorded import Commands, Recorded, RecordedMotion
 from mobile_robot_control.identification.result import (
     HELD_OUT,
     Identification,
@@ -119,7 +119,7 @@ class Known(NamedTuple):
         Times of the steps [s].
     segments : list of tuple of int
         First and last message of each segment.
-    motion : Motion
+    motion : RecordedMotion
         Of the wheels.
     """
 
@@ -127,7 +127,7 @@ class Known(NamedTuple):
     starts: Floats
     grid: Floats
     segments: list[_Segment]
-    motion: Motion
+    motion: RecordedMotion
 
 
 def _turn(torques: Floats, starts: Floats, state: Any, motors: Any, drivetrain: Any) -> Floats:
@@ -148,7 +148,7 @@ def _compiled_turn() -> Callable[..., Floats]:
     return compiled(_turn)
 
 
-def known(torques: Commands, wheels: Motion, until: float = np.inf) -> Known:
+def known(torques: Commands, wheels: RecordedMotion, until: float = np.inf) -> Known:
     """Return the segments of a recording with all efforts known, and their efforts on a grid."""
     usable = np.concatenate([[False], wheels.usable & (wheels.times[1:] < until), [False]])
     edges = np.flatnonzero(np.diff(usable.astype(int)))

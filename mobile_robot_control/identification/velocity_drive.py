@@ -79,18 +79,18 @@ def base_of(values: Mapping[str, float], configured: Base) -> Base:
     return base
 
 
-class Simulated(NamedTuple):
+class SimulatedWay(NamedTuple):
     """Distance [m] and turn [rad] since the start, shape (n, 2), on a grid of times [s]."""
 
     times: Floats
     way: Floats
 
-    def lagging(self, lags: Sequence[float]) -> 'Simulated':
+    def lagging(self, lags: Sequence[float]) -> 'SimulatedWay':
         """Return it behind one more first-order lag [s] of each velocity; 0 for none."""
         from scipy.signal import lfilter  # noqa: PLC0415 (imported late: most commands do without)
 
         shares = [-np.expm1((self.times[0] - self.times[1]) / lag) if lag > 0.0 else 1.0 for lag in lags]
-        return Simulated(self.times, np.column_stack([
+        return SimulatedWay(self.times, np.column_stack([
             lfilter([share], [1.0, share - 1.0], self.way[:, n]) for n, share in enumerate(shares)]))
 
     def at(self, times: Floats, delays: Sequence[float]) -> Floats:
@@ -101,7 +101,7 @@ class Simulated(NamedTuple):
 
 def simulated(
     recorded: Recorded, values: Mapping[str, float], robot: Robot, configured: Base, step: int = STEP
-) -> Simulated:
+) -> SimulatedWay:
     """
     Simulate a recording, without delays.
 
@@ -129,7 +129,7 @@ def simulated(
         held(commands, begin, steps, period, configured.command_timeout),
         discretise_base(base, robot, period, period, 0), at_rest(Pose(0.0, 0.0, 0.0)),
         base_at_rest(base, period, period))
-    return Simulated(begin + np.arange(steps + 1) * period / 1e9, way)
+    return SimulatedWay(begin + np.arange(steps + 1) * period / 1e9, way)
 
 
 def base_model(
@@ -141,7 +141,7 @@ def base_model(
     lower, upper, steps = np.array([_BOUNDS[name.partition('[')[0]] for name in names]).T
 
     @lru_cache(maxsize=4)
-    def without_delays(values: tuple[tuple[str, float], ...]) -> list[Simulated]:
+    def without_delays(values: tuple[tuple[str, float], ...]) -> list[SimulatedWay]:
         return [simulated(one, dict(values), robot, configured, step) for one in recordings]
 
     def outputs(values: Floats) -> list[Floats]:

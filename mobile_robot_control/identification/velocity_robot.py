@@ -10,7 +10,7 @@ from mobile_robot_control.identification import findings, velocity_drive
 from mobile_robot_control.identification.base_search import BaseFit, NothingFollowsError, fit_base
 from mobile_robot_control.identification.estimation import Z95, Estimate, Model, estimate
 from mobile_robot_control.identification.judgement import slip_with_curvature
-from mobile_robot_control.identification.recorded import SAMPLED, Clock, Motion, Recorded, cut, moved_between
+from mobile_robot_control.identification.recorded import SAMPLED, Clock, Recorded, RecordedMotion, cut, moved_between
 from mobile_robot_control.identification.result import (
     HELD_OUT,
     Identification,
@@ -90,7 +90,7 @@ def _slip(calibration: Estimate, seen: Sequence[Recorded], robot: Robot) -> Para
     return interval_of('plant.odometry.slip', value, deviation, 'm/√m')
 
 
-def _thinned(recording: Recorded) -> Motion:
+def _thinned(recording: Recorded) -> RecordedMotion:
     """Return the motion of the pose from outside, over intervals within odometry."""
     assert recording.truth  # noqa: S101 (for mypy: checked by the caller)
     assert recording.motion  # noqa: S101 (for mypy, too)
@@ -98,7 +98,7 @@ def _thinned(recording: Recorded) -> Motion:
         [np.zeros((1, 2)), np.cumsum(moved_between(recording.truth.values), axis=0)])
     inside = np.flatnonzero((times > recording.motion.times[0] + 1.0) & (times < recording.motion.times[-1] - 1.0))
     chosen = inside[np.unique(np.searchsorted(times[inside], np.arange(times[inside[0]], times[inside[-1]], _APART)))]
-    return Motion(times[chosen], np.diff(way[chosen], axis=0), np.ones(chosen.size - 1, bool))
+    return RecordedMotion(times[chosen], np.diff(way[chosen], axis=0), np.ones(chosen.size - 1, bool))
 
 
 def corrected(moved: Floats, errors: Floats, robot: Robot) -> Floats:
@@ -113,8 +113,8 @@ def corrected(moved: Floats, errors: Floats, robot: Robot) -> Floats:
 def with_true_motion(one: Recorded, errors: Floats, robot: Robot) -> Recorded:
     """Return a recording with the motion of odometry, corrected for its errors."""
     assert one.motion  # noqa: S101 (for mypy: checked by the caller)
-    return one._replace(motion=Motion(one.motion.times, corrected(one.motion.moved, errors, robot),
-                                      one.motion.usable))
+    return one._replace(motion=RecordedMotion(one.motion.times, corrected(one.motion.moved, errors, robot),
+                                              one.motion.usable))
 
 
 def alignment(recording: Recorded) -> Alignment:
@@ -145,7 +145,7 @@ _UNITS = {'base.lag': ('s', 's'), 'base.max_speed': ('m/s', 'rad/s'), 'base.max_
           'base.quantum': ('m/s', 'rad/s'), 'delay': ('s', 's')}
 
 
-class _Part(NamedTuple):
+class _OdometryPart(NamedTuple):
     """Parameters, the names and the covariance of those that are estimates, notes, and what the model lacks."""
 
     parameters: list[Parameter]
@@ -195,13 +195,14 @@ def identify_base(
         notes=tuple(notes), predictions=tuple(predictions), residuals=estimated.whitened, provenance={})
 
 
-def _of_odometry(calibration: Estimate | None, seen: Sequence[Recorded], robot: Robot) -> _Part:
+def _of_odometry(calibration: Estimate | None, seen: Sequence[Recorded], robot: Robot) -> _OdometryPart:
     """Return the parameters of odometry from a pose from outside."""
     if calibration is None:
-        return _Part([], (), np.zeros((0, 0)), ['wheel_gain and turn_gain are those that odometry shows: where it '
-                                                'comes from the wheels, it sees no skidding'], [])
+        notes = ['wheel_gain and turn_gain are those that odometry shows: where it comes from the wheels, it sees no '
+                 'skidding']
+        return _OdometryPart([], (), np.zeros((0, 0)), notes, [])
     frame = alignment(seen[0])
-    return _Part(
+    return _OdometryPart(
         [interval_of(name, value, deviation, '') for name, value, deviation in zip(
             ERRORS, calibration.values.tolist(), calibration.deviations.tolist(), strict=False)]
         + [Parameter('plant.odometry.dead_reckoning', True, np.nan, np.nan, ''), _slip(calibration, seen, robot)],

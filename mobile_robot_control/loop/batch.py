@@ -11,6 +11,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import lru_cache, partial
 from typing import Any, Protocol
 
+from mobile_robot_control.control.law import LawStep
 from mobile_robot_control.control.laws import LAWS, prepare_compiled
 from mobile_robot_control.control.velocity_law import PI
 from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS
@@ -111,14 +112,14 @@ def _rows(horizon: int) -> tuple[Callable[[Any, int], tuple[Reference, ...]], ..
     callees = _rows(horizon - 1)
     nearer = callees[-1]
 
-    def rows_from(rows: Any, n: int) -> tuple[Reference, ...]:
+    def rows_from(rows: object, n: int) -> tuple[Reference, ...]:
         return nearer(rows, n) + _accelerated_row(rows, n + horizon)
 
     return *callees, rows_from
 
 
 @lru_cache(maxsize=32)
-def _measured(rows_at: Callable[[Any, int], Any]) -> Callable[[MeasuredMotion, int], Any]:
+def _measured(rows_at: Callable[[Any, int], object]) -> Callable[[MeasuredMotion, int], Any]:
     """Make a function that returns references of a motion with its path."""
     def references_at(given: MeasuredMotion, n: int) -> Any:
         return rows_at(given.references, n)
@@ -129,7 +130,7 @@ def _measured(rows_at: Callable[[Any, int], Any]) -> Callable[[MeasuredMotion, i
 _registered: set[Callable[..., Any]] = set()
 
 
-def _register(*functions: Callable[..., Any]) -> None:
+def _register(*functions: Callable[..., object]) -> None:
     """Register callees of a rollout with numba, once each and late, since njit stops at an undecorated callee."""
     for function in functions:
         if function not in _registered:
@@ -165,7 +166,7 @@ def compiled_rollout(steps: LawSteps, form: Form = IDEAL_FORM) -> Callable[..., 
 
 
 @lru_cache(maxsize=32)
-def compiled_step(step: Callable[..., Any]) -> Callable[..., Any]:
+def compiled_step(step: LawStep) -> Callable[..., Any]:
     """Return a law's compiled step, repeated on one observation: ``(state, observation, gains, dt, times)``."""
     _register(*JITABLE, step)
 
@@ -187,7 +188,7 @@ def compile_prepare(law: str) -> None:
         prepare_compiled(prepare, compiled(prepare))
 
 
-def compiled(function: Callable[..., Any], *of: Callable[..., Any]) -> Callable[..., Any]:
+def compiled(function: Callable[..., object], *of: Callable[..., object]) -> Callable[..., Any]:
     """Compile a function of marked callees, and of others `of`; return it unchanged if numba is not installed."""
     if not COMPILES:
         _warn_that_it_is_slow()
@@ -214,17 +215,17 @@ _uncompilable: dict[LawSteps, str] = {}
 """Laws that numba cannot compile, and the reason."""
 
 
-def _try_rollout(one: Trial) -> None:
+def _try_rollout(trial: Trial) -> None:
     """Compile the rollout of a trial."""
-    given = arrays(cart_motion(one._replace(steps=0)), one.form.indices)
-    compiled_rollout(steps_of(one), one.form)(one.state, prepared_loop(one), given, 0, one.ratio, 0)
+    motion = arrays(cart_motion(trial._replace(steps=0)), trial.form.indices)
+    compiled_rollout(steps_of(trial), trial.form)(trial.state, prepared_loop(trial), motion, 0, trial.ratio, 0)
 
 
-def laws_in_words(one: Trial) -> str:
+def laws_in_words(trial: Trial) -> str:
     """Return the beginning of a sentence on the laws of a trial; the shipped velocity law compiles."""
-    if one.velocity_law == PI:
-        return f"the law '{one.law}' runs"
-    return f"the law '{one.law}' with the velocity law '{one.velocity_law}' runs"
+    if trial.velocity_law == PI:
+        return f"the law '{trial.law}' runs"
+    return f"the law '{trial.law}' with the velocity law '{trial.velocity_law}' runs"
 
 
 def compiles(trial: Trial, attempt: Callable[[Trial], None] = _try_rollout) -> bool:
@@ -263,7 +264,7 @@ def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> lis
     return outcomes
 
 
-def pickled(chunk: Any, law: str) -> bytes:
+def pickled(chunk: object, law: str) -> bytes:
     """
     Pickle trials or runs of a law for another process; raise ParameterError if that is impossible.
 
@@ -278,7 +279,7 @@ def pickled(chunk: Any, law: str) -> bytes:
         ]) from error
 
 
-def run_pickled(function: Callable[[Any], Any], chunk: bytes) -> Any:
+def run_pickled(function: Callable[[Any], object], chunk: bytes) -> Any:
     """Call a function of trials or runs that another process of this package has pickled."""
     return function(pickle.loads(chunk))  # noqa: S301 (from our own pool or client)
 
@@ -330,7 +331,7 @@ class TrialRunner(Protocol):
         """Run trials in order."""
 
     def each(
-        self, function: Callable[[Any], Any], chunks: Sequence[Any], law: str, compiled: Callable[[], bool]
+        self, function: Callable[[Any], object], chunks: Sequence[object], law: str, compiled: Callable[[], bool]
     ) -> list[Any]:
         """Return a function of each of some chunks, of one law; ask whether it is compiled where that matters."""
 
@@ -374,7 +375,7 @@ class Pool:
         return [outcome for part in parts for outcome in part]
 
     def each(
-        self, function: Callable[[Any], Any], chunks: Sequence[Any], law: str, compiled: Callable[[], bool]
+        self, function: Callable[[Any], object], chunks: Sequence[object], law: str, compiled: Callable[[], bool]
     ) -> list[Any]:
         """Return a function of each of some chunks: in threads if their law is compiled, else in processes."""
         if self._workers == 1:

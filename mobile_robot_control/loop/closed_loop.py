@@ -84,7 +84,7 @@ def with_command(state: LoopState, command: BodyVelocity) -> LoopState:
     return state._replace(sent=state.sent._replace(command=command))
 
 
-def with_law(state: LoopState, law: Any) -> LoopState:
+def with_law(state: LoopState, law: object) -> LoopState:
     """Return a state with another state of the position law."""
     return state._replace(position=state.position._replace(law=law))
 

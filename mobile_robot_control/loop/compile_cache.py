@@ -42,7 +42,7 @@ class _Undisturbed(_event.Listener):  # type: ignore[misc,unused-ignore]
         self._depth = 0
         self._came: dict[int, None] = {}
 
-    def on_start(self, _event: Any) -> None:
+    def on_start(self, _event: object) -> None:
         # handlers run in the main thread
         if threading.current_thread() is not threading.main_thread():
             return
@@ -56,7 +56,7 @@ class _Undisturbed(_event.Listener):  # type: ignore[misc,unused-ignore]
     def _note(self, number: int, _frame: object) -> None:
         self._came[number] = None
 
-    def on_end(self, _event: Any) -> None:
+    def on_end(self, _event: object) -> None:
         if threading.current_thread() is not threading.main_thread():
             return
         self._depth -= 1
@@ -123,7 +123,7 @@ class _Place(_caching.UserProvidedCacheLocator):
     """Where a function lies: the folder has the checksum of all sources, which no stamp must repeat."""
 
     @classmethod
-    def from_function(cls, py_func: Callable[..., Any], py_file: str) -> Any:
+    def from_function(cls, py_func: Callable[..., object], py_file: str) -> Any:
         found = cls(py_func, py_file)
         found._cache_path = str(folder())
         return found
@@ -148,7 +148,7 @@ class _Cache(_caching.FunctionCache):
             fcntl.flock(lock, fcntl.LOCK_EX)
             yield
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
+    def load_overload(self, sig: object, target_context: object) -> Any:
         # without a folder that can be written, it is compiled
         with suppress(Exception), self._alone():
             try:
@@ -157,7 +157,7 @@ class _Cache(_caching.FunctionCache):
                 self.flush()
         return None
 
-    def save_overload(self, sig: Any, data: Any) -> None:
+    def save_overload(self, sig: object, data: object) -> None:
         # a full disk ends no search
         with suppress(Exception), self._alone():
             super().save_overload(sig, data)

@@ -49,7 +49,7 @@ class PathTable(NamedTuple):
     speed: float
 
 
-def converted(table: PathTable, convert: Callable[[Any], Any]) -> PathTable:
+def converted(table: PathTable, convert: Callable[[Any], object]) -> PathTable:
     """Return a table with its sequences converted, for example to arrays."""
     return table._replace(x=convert(table.x), y=convert(table.y), dx=convert(table.dx), dy=convert(table.dy))
 

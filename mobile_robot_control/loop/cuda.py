@@ -65,7 +65,7 @@ class _Rows(NamedTuple):
     rows: Floats
 
 
-def _key(trial: Trial, tree: Any) -> tuple[Any, ...]:
+def _key(trial: Trial, tree: object) -> tuple[Any, ...]:
     """Return what trials of one launch have in common."""
     return (trial.law, steps_of(trial), trial.form, shape_of(tree), cart_motion(trial), trial.steps, trial.ratio,
             trial.late)
@@ -104,7 +104,7 @@ def _places_of_gains(state: LoopState, loop: Loop) -> NDArray[np.int64]:
     velocity, position = loop.velocity, loop.position
 
     def row(number: float) -> list[float]:
-        def of(part: Any) -> Any:
+        def of(part: object) -> Any:
             return tuple(map(of, part)) if isinstance(part, tuple) else number
 
         return flat((with_law(state, of(state.position.law)), loop._replace(
@@ -156,7 +156,7 @@ class Cuda:
                 for trials, outcomes in zip(several, outcomes_by_trial, strict=True)]
 
     def each(
-        self, function: Callable[[Any], Any], chunks: Sequence[Any], _law: str,
+        self, function: Callable[[Any], object], chunks: Sequence[object], _law: str,
         _compiled: Callable[[], bool] | None = None,
     ) -> list[Any]:
         """Return a function of each of some chunks: `run_draws` alone has a form for a GPU."""
@@ -196,7 +196,7 @@ class Cuda:
         """Launch a kernel over rows, and return what waits for its own; rows that it did not write are nan."""
         results, stream = np.full((len(rows), width), np.nan), cuda.stream()
 
-        def sent(array: Any) -> Any:
+        def sent(array: object) -> Any:
             return cuda.to_device(array, stream=stream) if isinstance(array, np.ndarray) else array
 
         sent_before, sent_after = [*map(sent, before)], [*map(sent, after)]

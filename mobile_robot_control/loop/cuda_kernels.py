@@ -45,7 +45,7 @@ def _part(name: str) -> Any:
 _registered: set[Callable[..., Any]] = set()
 
 
-def _register(*functions: Callable[..., Any]) -> None:
+def _register(*functions: Callable[..., object]) -> None:
     """Register callees of a kernel, once each; in the simulator they are Python."""
     for function in functions:
         if not SIMULATED and function not in _registered:
@@ -113,12 +113,12 @@ def _rollout(steps: LawSteps, form: Form, *more: Callable[..., Any]) -> Callable
 def _motion_of(form: Form) -> Callable[..., Any]:
     """Return the function that makes the motion of a rollout from the arguments of `motion_arrays`."""
     def measured(
-        references: Any, x: Any, y: Any, dx: Any, dy: Any, first: int, step: float, speed: float
+        references: object, x: object, y: object, dx: object, dy: object, first: int, step: float, speed: float
     ) -> MeasuredMotion:
         return MeasuredMotion(references, PathTable(x, y, dx, dy, first, step, speed))
 
     def alone(
-        references: Any, _x: Any, _y: Any, _dx: Any, _dy: Any, _first: int, _step: float, _speed: float
+        references: object, _x: object, _y: object, _dx: object, _dy: object, _first: int, _step: float, _speed: float
     ) -> Any:
         return references
 

@@ -158,7 +158,7 @@ _OF_A_SCENE = ('plant.base.dead_time', 'plant.base.command_', 'plant.odometry.ra
 """Parameters that decide on events, or on lengths of queues, windows and delays."""
 
 
-class Drawing(NamedTuple):
+class Draws(NamedTuple):
     """
     What drawn runs of one controller have in common.
 
@@ -213,7 +213,7 @@ class Drawing(NamedTuple):
         model = delayed_model(configuration.plant.model, scenario, 1.0 / configuration.plant.shared.velocity_rate)
         return structure(model, plant_grid(configuration))
 
-    def _scene(self, scenarios: Scenarios, n: int, key: Any) -> tuple[Scene, NDArray[np.int64], list[int]]:
+    def _scene(self, scenarios: Scenarios, n: int, key: object) -> tuple[Scene, NDArray[np.int64], list[int]]:
         scene = make_scene(self.configuration, scenarios[n], self.laps, self.late)
         trial = scene.trial._replace(form=self.form(scene.trial.form))
         names = value_names(scene.values)
@@ -224,11 +224,11 @@ class Drawing(NamedTuple):
         return self.scenes[key]
 
 
-def judged_rows(run: TrialRunner, drawing: Drawing, scenarios: Scenarios) -> Floats:
+def judged_rows(run: TrialRunner, draws: Draws, scenarios: Scenarios) -> Floats:
     """Run and judge scenarios, at least one, anywhere; return rows of `make_judge` in their order."""
     size = -(-len(scenarios) // (batch.CHUNKS_A_WORKER * run.threads))
     parts = [(chosen[first:first + size], runs._replace(rows=runs.rows[first:first + size]))
-             for chosen, runs in drawing.runs(scenarios) for first in range(0, len(chosen), size)]
+             for chosen, runs in draws.runs(scenarios) for first in range(0, len(chosen), size)]
     scenes = {id(runs.scene): runs.scene for _, runs in parts}.values()
     judgements = run.each(run_draws, [runs for _, runs in parts], parts[0][1].scene.trial.law,
                           lambda: all(map(compiles, scenes)))

@@ -275,7 +275,7 @@ def add_tick(indices: PerformanceIndices, apart: float, across: float, time: flo
 
 @jitable
 def no_tick(
-    indices: tuple[()], _error: TrackingError, _pose: Pose, _n: int, _given: Any, _dt: float
+    indices: tuple[()], _error: TrackingError, _pose: Pose, _n: int, _given: object, _dt: float
 ) -> tuple[()]:
     """Return no indices, for runs that do not measure them."""
     return indices

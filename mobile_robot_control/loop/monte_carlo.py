@@ -319,7 +319,7 @@ def draw_scenarios(distribution: ScenarioDistribution, count: int, seed: int) ->
     distances, directions = distribution.within * np.sqrt(radius), map(sin_cos, (2.0 * math.pi * angle).tolist())
     sines, cosines = np.array([*directions]).reshape(-1, 2).T
 
-    def one_of(values: tuple[Any, ...], share: Floats) -> NDArray[Any]:
+    def one_of(values: tuple[object, ...], share: Floats) -> NDArray[Any]:
         return np.take(np.array(values), (share * len(values)).astype(int))
 
     return Scenarios(

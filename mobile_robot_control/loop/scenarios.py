@@ -4,7 +4,7 @@ import itertools
 import operator
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from mobile_robot_control.jit import jitable_apart
 from mobile_robot_control.loop.closed_loop import Loop, LoopState
@@ -216,7 +216,7 @@ _with_state, _with_constants = replacing(LoopState, 'robot'), replacing(Loop, 'r
 
 @lru_cache(maxsize=64)
 def make_varied(
-    form: PlantForm, sensors_of: Callable[..., Any], sensors_start: Callable[..., Any]
+    form: PlantForm, sensors_of: Callable[..., object], sensors_start: Callable[..., object]
 ) -> Callable[..., tuple[LoopState, Loop]]:
     """
     Make the function ``(state, loop, values, draw)`` that returns state and constants of a run, plain or compiled.

@@ -111,7 +111,7 @@ def law_steps(position: Law, velocity: VelocityLaw, form: Form) -> LawSteps:
         velocity, position_form(form).feeds_torques))
 
 
-def driving_step(law_step: Callable[..., Any], form: Form) -> Callable[..., Any]:
+def driving_step(law_step: LawStep, form: Form) -> Callable[..., Any]:
     """Return the step that commands the robot: that of a law, steered if the form needs it."""
     return make_steered(law_step, form.horizon) if form.steered else law_step
 
@@ -127,7 +127,7 @@ def position_form(form: Form) -> PositionForm:
 
 
 def make_position_tick(
-    law_step: Callable[..., Any], form: Form = IDEAL_FORM
+    law_step: LawStep, form: Form = IDEAL_FORM
 ) -> Callable[..., tuple[LoopState, PositionTick, TrackingError]]:
     """
     Make the slow loop's step for a `driving_step` and a form, by closure.

@@ -1,6 +1,5 @@
 """One rollout without samples: its inputs, its references, its outcome and the loop itself, plain or to be compiled."""
 
-import math
 import sys
 from collections.abc import Callable, Sequence
 from functools import lru_cache
@@ -15,7 +14,6 @@ from mobile_robot_control.loop.closed_loop import Loop, LoopState, with_law
 from mobile_robot_control.loop.cross_track import GrowingPath
 from mobile_robot_control.loop.indices import (
     MeasuredMotion,
-    MeasuredRun,
     PerformanceIndices,
     Totals,
     Variation,
@@ -44,7 +42,7 @@ from mobile_robot_control.quantities import Pose, Reference, WheelTorque, period
 from mobile_robot_control.reference.cart import Placement
 from mobile_robot_control.reference.course import Course
 from mobile_robot_control.reference.led_course import driven_course
-from mobile_robot_control.settings.nodes import Configuration, drawing_of, path_of
+from mobile_robot_control.settings.nodes import Configuration, correction_schedule, path_of
 
 _NOTHING, _UNVARIED = Totals(), Variation()
 _NO_TORQUE = WheelTorque(0.0, 0.0)
@@ -74,7 +72,7 @@ class Trial(NamedTuple):
         Choice of functions in the loop.
     path : PathRequest or tuple
         Path of the cart; () for a curve.
-    drawing : Drawing or tuple
+    schedule : CorrectionSchedule or tuple
         Of corrections by a localisation; () for none.
     """
 
@@ -88,7 +86,7 @@ class Trial(NamedTuple):
     late: int
     form: Form = IDEAL_FORM
     path: Any = ()
-    drawing: Any = ()
+    schedule: Any = ()
     velocity_law: str = PI
 
 
@@ -190,13 +188,13 @@ def make_trial(configuration: Configuration, duration: float, late: float = 0.0)
         steps=round(duration * shared.velocity_rate),
         ratio=period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
         late=round(late * shared.velocity_rate), form=form_of(configuration),
-        path=path_of(configuration.reference_cart), drawing=drawing_of(configuration.reference_cart),
+        path=path_of(configuration.reference_cart), schedule=correction_schedule(configuration.reference_cart),
         velocity_law=configuration.velocity_controller.control.controller_type)
 
 
 def course_of_trial(trial: Trial) -> Course:
     """Return the course of the cart in a trial."""
-    return driven_course(trial.curve, trial.placement, trial.path, trial.drawing)
+    return driven_course(trial.curve, trial.placement, trial.path, trial.schedule)
 
 
 def prepared_loop(trial: Trial) -> Loop:
@@ -266,25 +264,7 @@ def bind(
     return roll
 
 
-def outcome_name(trial: Trial, outcome: Outcome) -> str:
-    """Return the outcome of a trial, as in metrics.json."""
-    return 'law_failed' if outcome.law_failed else 'completed' if outcome.steps == trial.steps else 'diverged'
-
-
-def measured_run(trial: Trial, outcome: Outcome) -> MeasuredRun:
-    """Return the measured run of an outcome, in the form of every other run; it has no measured errors."""
-    return MeasuredRun(
-        outcome_name(trial, outcome),
-        outcome.steps * trial.loop.robot.plant.dt,
-        outcome.final_pose,
-        outcome.initial_torque,
-        outcome.totals,
-        measured_squared_position=math.nan,
-        indices=outcome.indices or None,
-    )
-
-
-def roll_trial(trial: Trial, roll: Callable[..., Outcome], motion: Any) -> Outcome:
+def roll_trial(trial: Trial, roll: Callable[..., Outcome], motion: object) -> Outcome:
     """Run one trial with a rollout of its law and its references; a law that raises leaves no measurements."""
     def rolled() -> Outcome:
         return roll(trial.state, prepared_loop(trial), motion, trial.steps, trial.ratio, trial.late)

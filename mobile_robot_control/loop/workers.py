@@ -16,7 +16,7 @@ _POLL_PERIOD = 1.0
 """[s] between two checks for workers."""
 
 
-def _run_with(sources: Sequence[PluginSource], function: Callable[[Any], Any], chunk: bytes) -> Any:
+def _run_with(sources: Sequence[PluginSource], function: Callable[[Any], object], chunk: bytes) -> Any:
     """Call a function of a pickled chunk in a worker, which first loads the caller's laws and curves, to unpickle."""
     load_sources(sources)
     return batch.run_pickled(function, chunk)
@@ -63,7 +63,7 @@ class Cluster:
         return [one for part in self.each(batch.run_trials, chunks, trials[0].law if trials else '') for one in part]
 
     def each(
-        self, function: Callable[[Any], Any], chunks: Sequence[Any], law: str,
+        self, function: Callable[[Any], object], chunks: Sequence[object], law: str,
         _compiled: Callable[[], bool] | None = None,
     ) -> list[Any]:
         """Return a function of each of some chunks, compiled where the law compiles on their worker."""
@@ -73,7 +73,7 @@ class Cluster:
         self._wait(futures)
         return list(self._client.gather(futures))
 
-    def _wait(self, futures: Sequence[Any]) -> None:
+    def _wait(self, futures: Sequence[object]) -> None:
         alive = time.monotonic()
         while True:
             try:

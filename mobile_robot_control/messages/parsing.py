@@ -48,7 +48,7 @@ class RefusedMessageError(ValueError):
         super().__init__(f'{reason} ({self.detail})' if detail else reason)
 
 
-def read_or_refuse(kind: str, steps: Sequence[Callable[[Any], Any]], message: bytes) -> Any:
+def read_or_refuse(kind: str, steps: Sequence[Callable[[Any], object]], message: bytes) -> Any:
     """
     Convert a message's bytes by steps, one after the other: the only way in which messages are read.
 
@@ -76,11 +76,6 @@ def read_or_refuse(kind: str, steps: Sequence[Callable[[Any], Any]], message: by
     except Exception as error:  # the bytes may be anything
         raise RefusedMessageError('not readable', f'{error}; it is no {kind}') from None
     return content
-
-
-def stamp_nanoseconds(stamp: Any) -> int:
-    """Return a message's stamp (builtin_interfaces/Time) [ns]."""
-    return int(stamp.sec) * NANOSECONDS + int(stamp.nanosec)
 
 
 def serialised_stamp(message: bytes) -> int:

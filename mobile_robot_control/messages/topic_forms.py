@@ -77,7 +77,7 @@ def columns_reader(topic: str) -> Callable[[Any], tuple[float, ...]]:
     return _motion if TOPICS[topic].kind == _ODOMETRY else reader(topic)
 
 
-def _motion(message: Any) -> tuple[float, ...]:
+def _motion(message: object) -> tuple[float, ...]:
     pose, velocity = read_odometry(message)
     return (*pose, *velocity)
 

@@ -63,7 +63,7 @@ def _write(data: bytearray, value: Any) -> None:
             _write(data, element)
 
 
-def serialise(message: Any) -> bytearray:
+def serialise(message: object) -> bytearray:
     """
     Write a message of rclpy as little-endian CDR.
 
@@ -101,7 +101,7 @@ class Template:
 
     """
 
-    def __init__(self, message: Any, put: Callable[..., None], count: int) -> None:
+    def __init__(self, message: object, put: Callable[..., None], count: int) -> None:
         # once, at the start of a node: numbers that occur nowhere else in a message mark the variable fields
         marks = [math.pi * 1e200 * (n + 1) for n in range(count)]
         put(*marks)

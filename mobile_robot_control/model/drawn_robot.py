@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model import dynamics
@@ -51,7 +51,7 @@ def varied_values(values: PlantValues, draw: Draw) -> PlantValues:
 
 @lru_cache(maxsize=64)
 def make_drawn_robot(
-    form: PlantForm, sensors_of: Callable[..., Any], sensors_start: Callable[..., Any]
+    form: PlantForm, sensors_of: Callable[..., object], sensors_start: Callable[..., object]
 ) -> Callable[..., tuple[RobotState, RobotConstants]]:
     """
     Make the function ``(robot, constants, values, draw)`` that returns a drawn robot at rest at its start.

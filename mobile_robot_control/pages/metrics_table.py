@@ -21,7 +21,7 @@ from mobile_robot_control.runs.words import (
 from mobile_robot_control.settings.nodes import Configuration
 
 
-class Row(NamedTuple):
+class MetricRow(NamedTuple):
     """
     A metric in a table.
 
@@ -55,13 +55,13 @@ def _metric(*path: str) -> Callable[[dict[str, Any]], Any]:
     return pick
 
 
-def _rows(metric: Metric) -> Iterator[Row]:
+def _rows(metric: Metric) -> Iterator[MetricRow]:
     """Yield the rows of a metric: one, or one a wheel."""
     best = max if metric.better == 'larger' else min
     for wheel in ('right', 'left') if metric.of_wheels else ():
-        yield Row(f'{metric.label_in()}, {wheel}', metric.unit, _metric(metric.name, wheel), metric.needs, best)
+        yield MetricRow(f'{metric.label_in()}, {wheel}', metric.unit, _metric(metric.name, wheel), metric.needs, best)
     if not metric.of_wheels:
-        yield Row(metric.label_in(), metric.unit, _metric(metric.name), metric.needs, best)
+        yield MetricRow(metric.label_in(), metric.unit, _metric(metric.name), metric.needs, best)
 
 
 ROWS = tuple(row for metric in (*RUN_METRICS, *INDEX_METRICS) if metric.better for row in _rows(metric))
@@ -81,7 +81,7 @@ def comparable_runs(runs: Sequence[Run]) -> list[bool]:
             and (run.metrics.get('duration') or 0.0) >= 0.99 * longest for run in runs]
 
 
-def _marked(values: Sequence[float | None], comparable: Sequence[bool], row: Row) -> list[str]:
+def _marked(values: Sequence[float | None], comparable: Sequence[bool], row: MetricRow) -> list[str]:
     """Return the cells of a row: the best of several comparable runs marked, and differences from the first run."""
     candidates = [value for value, counts in zip(values, comparable, strict=True) if counts and value is not None]
     texts = quantities(values, row.unit)
@@ -123,7 +123,7 @@ def metrics_table(runs: Sequence[Run]) -> str:
     return html_table(['', *(run.name for run in runs)], rows) + f'<p class="soft">{escape(" ".join(notes))}</p>'
 
 
-def _alike(runs: Sequence[Run], row: Row) -> bool:
+def _alike(runs: Sequence[Run], row: MetricRow) -> bool:
     """Return whether the values of runs have the same meaning: true and measured errors cannot be ranked."""
     measured = [run.metrics for run in runs if row.value(run.metrics) is not None]
     return ('error' not in row.depends or len({metrics.get('error') for metrics in measured}) < 2) and (
@@ -175,6 +175,6 @@ def _flat(parameters: Configuration) -> dict[str, str]:
     return shared | own
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     """Return a value as text, an array in brackets."""
     return '[' + ', '.join(f'{part:g}' for part in value) + ']' if isinstance(value, tuple) else str(value)

@@ -115,7 +115,7 @@ def _policy(scripts: Sequence[str]) -> str:
             "form-action 'none'")
 
 
-def json_block(name: str, value: Any) -> str:
+def json_block(name: str, value: object) -> str:
     """Return a value as an element of a page, with an id, for scripts; none of its texts can end the element."""
     text = json.dumps(value, separators=(',', ':'), allow_nan=False).replace('<', '\\u003c')
     return f'<script type="application/json" id="{escape(name)}">{text}</script>'
@@ -226,6 +226,6 @@ def made_with(
             f'{escape(origin["command_line"])}</code></pre><p>{escape(versions)}</p>{listed}</details>')
 
 
-def _lines(parameters: Mapping[str, Mapping[str, Any]]) -> str:
+def _lines(parameters: Mapping[str, Mapping[str, object]]) -> str:
     return '\n'.join(f'{node}.{name}: {json.dumps(value)}' for node, values in parameters.items()
                      for name, value in values.items())

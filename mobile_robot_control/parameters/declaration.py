@@ -102,12 +102,12 @@ def _fields(group: type) -> tuple[tuple[str, type, Any], ...]:
     return tuple(fields)
 
 
-def group_prefix(prefix: str, name: str, annotation: Any) -> str:
+def group_prefix(prefix: str, name: str, annotation: object) -> str:
     """Return the prefix of the names of a group's fields."""
     return prefix if isinstance(annotation, Inline) else f'{prefix}{name}.'
 
 
-def declarations(group: type, prefix: str = '', defaults: Any = None) -> dict[str, Declaration]:
+def declarations(group: type, prefix: str = '', defaults: object = None) -> dict[str, Declaration]:
     """
     List the parameters that a NamedTuple declares, including those of its groups.
 
@@ -145,7 +145,7 @@ def declarations(group: type, prefix: str = '', defaults: Any = None) -> dict[st
     return declared
 
 
-def flatten(values: Any) -> dict[str, Any]:
+def flatten(values: object) -> dict[str, Any]:
     """Return the parameters of a group's instance by dotted name, arrays as tuples: the inverse of `build`."""
     return {name: declared.default for name, declared in declarations(type(values), defaults=values).items()}
 
@@ -173,7 +173,7 @@ def describe_bounds(field: Field) -> str:
     return ', '.join(parts)
 
 
-def _number(value: Any) -> float | None:
+def _number(value: object) -> float | None:
     """Return a number as float; None for anything else."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
@@ -183,7 +183,7 @@ def _number(value: Any) -> float | None:
         return math.inf
 
 
-def _typed(declared: Declaration, value: Any) -> Any:
+def _typed(declared: Declaration, value: object) -> Any:
     """Convert a value to its declared type; None if that is impossible."""
     if declared.kind is float:
         return _number(value)
@@ -198,7 +198,7 @@ def _typed(declared: Declaration, value: Any) -> Any:
 _KINDS = {float: 'a number', int: 'a whole number', bool: 'true or false', str: 'a text', tuple: 'an array of numbers'}
 
 
-def _as_yaml(value: Any) -> str:
+def _as_yaml(value: object) -> str:
     """Return a value as in a YAML file."""
     if isinstance(value, bool):
         return str(value).lower()
@@ -218,7 +218,7 @@ def _out_of_range(field: Field, numbers: Iterable[float]) -> str:
     return ''
 
 
-def check_value(declared: Declaration, value: Any) -> tuple[Any, list[str]]:
+def check_value(declared: Declaration, value: object) -> tuple[Any, list[str]]:
     """
     Convert and check one value.
 
@@ -325,7 +325,7 @@ def rule(function: RuleFunction) -> RuleFunction:
 
 
 def build(
-    group: type[Parameters], values: Mapping[str, Any], without: Collection[Rule] = ()
+    group: type[Parameters], values: Mapping[str, object], without: Collection[Rule] = ()
 ) -> Parameters:
     """
     Make a group from values by dotted name, checked as a whole; omitted fields keep their defaults.
@@ -366,12 +366,12 @@ def build(
     return instance
 
 
-def rule_violations(instance: Any) -> list[str]:
+def rule_violations(instance: object) -> list[str]:
     """List the violated rules between the fields of a group and of its inner groups."""
     return list(_broken_rules(instance, ()))
 
 
-def _assemble(group: type[Parameters], values: Mapping[str, Any], prefix: str) -> Parameters:
+def _assemble(group: type[Parameters], values: Mapping[str, object], prefix: str) -> Parameters:
     """Make a group and its inner groups from checked values."""
     arguments = {
         name: values[prefix + name] if isinstance(annotation, Field)
@@ -381,7 +381,7 @@ def _assemble(group: type[Parameters], values: Mapping[str, Any], prefix: str) -
     return group(**arguments)
 
 
-def _broken_rules(instance: Any, without: Collection[Rule]) -> Iterator[str]:
+def _broken_rules(instance: object, without: Collection[Rule]) -> Iterator[str]:
     """Yield the violations of every rule, innermost groups first."""
     for name, _, annotation in members(type(instance)):
         if not isinstance(annotation, Field):

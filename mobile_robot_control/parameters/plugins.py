@@ -29,7 +29,7 @@ class PluginSource(NamedTuple):
     text: str
 
 
-def register(record: Any) -> Any:
+def register(record: object) -> Any:
     """
     Register a position law or a curve under its name, for this process and its forks.
 

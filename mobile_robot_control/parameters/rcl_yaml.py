@@ -103,7 +103,7 @@ class _Loader(yaml.SafeLoader):
 class _Dumper(yaml.SafeDumper):
     """YAML for the loader: a text such as '1e-3' needs quotes."""
 
-    def ignore_aliases(self, _: Any) -> bool:
+    def ignore_aliases(self, _: object) -> bool:
         return True
 
 
@@ -124,7 +124,7 @@ def _represent_text(dumper: _Dumper, text: str) -> Any:
 _Dumper.add_representer(str, _represent_text)
 
 
-def _described(value: Any) -> str:
+def _described(value: object) -> str:
     """Return a value with its type, for messages."""
     return f'the text {shortened(value, 60)!r}' if isinstance(value, str) else str(value)
 
@@ -186,7 +186,7 @@ def parse_yaml(document: str, source: str) -> Any:
         raise ParameterError([f'{source}{where}: {problem}{remedy}']) from error
 
 
-def dump_yaml(tree: Any, width: float | None = None) -> str:
+def dump_yaml(tree: object, width: float | None = None) -> str:
     """
     Write mappings, lists, texts and numbers as YAML that reads back the same, numbers to the last bit.
 

@@ -50,13 +50,13 @@ def _entry_point_files() -> Iterator[str]:
                 continue
 
 
-def origin_of(function: Any) -> str:
+def origin_of(function: object) -> str:
     """Return the file that defines a function; '__main__' for a notebook, whose cells have individual names."""
     code = getattr(function, '__code__', None)
     return '__main__' if code is None or function.__module__ == '__main__' else os.path.realpath(code.co_filename)
 
 
-def source_checksum(function: Any) -> str:
+def source_checksum(function: object) -> str:
     """Return a checksum of a function's module, of all loaded modules of its package, or of a function at a prompt."""
     import hashlib  # noqa: PLC0415 (for searches alone: nodes start without it)
 
@@ -129,7 +129,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
 
     def __init__(
         self, source: Source, record: type[Record], built_in: tuple[Record, ...], check: Callable[[Any], Iterator[str]],
-        function_of: Callable[[Record], Any],
+        function_of: Callable[[Record], object],
     ) -> None:
         self._source, self._check, self._function_of = source, check, function_of
         self.record = record

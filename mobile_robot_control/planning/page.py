@@ -10,12 +10,12 @@ from mobile_robot_control.figures.figure import (
     COMMAND,
     REFERENCE,
     VALUE,
-    Curve,
     Figure,
     Floats,
     Line,
     Panel,
-    Pose,
+    RobotMark,
+    Trace,
     plane,
 )
 from mobile_robot_control.figures.palette import LINES, as_svg
@@ -40,19 +40,19 @@ def _parts_of(plan: Plan) -> list[tuple[str, Floats]]:
     return [(name, active | np.concatenate([[False], active[:-1]])) for name, active in parts]
 
 
-def _coloured(x: Floats, y: Floats, plan: Plan) -> list[Curve]:
+def _coloured(x: Floats, y: Floats, plan: Plan) -> list[Trace]:
     """Return a line as one curve for each limit."""
-    return [Curve(VALUE, number, name, Line(np.where(active, x, np.nan), np.where(active, y, np.nan)))
+    return [Trace(VALUE, number, name, Line(np.where(active, x, np.nan), np.where(active, y, np.nan)))
             for number, (name, active) in enumerate(_parts_of(plan))]
 
 
-def _limits(plan: Plan, limit: float, signs: tuple[float, ...]) -> list[Curve]:
+def _limits(plan: Plan, limit: float, signs: tuple[float, ...]) -> list[Trace]:
     """Return lines at a limit; none if it is 0."""
     ends = plan.time[[0, -1]]
-    return [Curve(COMMAND, 0, 'limit', Line(ends, np.full(2, sign * limit))) for sign in signs if limit]
+    return [Trace(COMMAND, 0, 'limit', Line(ends, np.full(2, sign * limit))) for sign in signs if limit]
 
 
-def _directions(plan: Plan) -> tuple[list[Curve], list[Pose]]:
+def _directions(plan: Plan) -> tuple[list[Trace], list[RobotMark]]:
     """Return the stretches backwards, and poses in all stretches and turns; none for a single stretch forwards."""
     way = np.sign(plan.velocity[:, 0])
     changes = np.flatnonzero(np.diff(way)) + 1
@@ -61,8 +61,8 @@ def _directions(plan: Plan) -> tuple[list[Curve], list[Pose]]:
         return [], []
     x, y = np.where(way[:, None] < 0.0, plan.pose[:, :2], np.nan).T
     middles = [np.searchsorted(plan.time, plan.time[part[[0, -1]]].mean()) for part in parts]
-    return ([Curve(COMMAND, 0, 'backwards', Line(x, y))] if (way < 0.0).any() else [],
-            [Pose(0, *plan.pose[n].tolist()) for n in (0, *middles)])
+    return ([Trace(COMMAND, 0, 'backwards', Line(x, y))] if (way < 0.0).any() else [],
+            [RobotMark(0, *plan.pose[n].tolist()) for n in (0, *middles)])
 
 
 def plan_figures(plan: Plan) -> list[Figure]:
@@ -75,7 +75,7 @@ def plan_figures(plan: Plan) -> list[Figure]:
               for n, name, unit, limit, signs in (
                   (0, 'v', 'm/s', 'max_linear_velocity', (1.0, -1.0) if backwards else (1.0,)),
                   (1, 'ω', 'rad/s', 'max_angular_velocity', (1.0, -1.0)))]
-    path = plane('path', [Curve(REFERENCE, 0, 'waypoints', Line(*plan.waypoints.T)),
+    path = plane('path', [Trace(REFERENCE, 0, 'waypoints', Line(*plan.waypoints.T)),
                           *_coloured(plan.pose[:, 0], plan.pose[:, 1], plan), *backwards], poses)
     caption = 'Coloured by the limit that is active there' + (
         '; triangles: the robot at the start and in each stretch and turn.' if poses else '.')
@@ -84,7 +84,7 @@ def plan_figures(plan: Plan) -> list[Figure]:
     torque = timing['torque_fraction'] * timing['max_wheel_torque']
     wheels = [Panel(label, label, unit, (
         *_limits(plan, limit, (1.0, -1.0)),
-        *(Curve(VALUE, side, '', Line(plan.time, values[:, side])) for side in (0, 1))))
+        *(Trace(VALUE, side, '', Line(plan.time, values[:, side])) for side in (0, 1))))
               for label, unit, values, limit in (
                   ('wheel speed', 'rad/s', plan.wheel_velocity, timing['max_wheel_velocity']),
                   ('wheel torque', 'N m', plan.wheel_torque, torque))]

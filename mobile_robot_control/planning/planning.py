@@ -14,7 +14,7 @@ from mobile_robot_control.parameters.declaration import Field, flatten
 from mobile_robot_control.parameters.requests import Reader
 from mobile_robot_control.quantities import Reference
 from mobile_robot_control.reference.curves import PATH
-from mobile_robot_control.reference.motion import Motion
+from mobile_robot_control.reference.motion import PathMotion
 from mobile_robot_control.reference.stretches import Stretch, polyline, route_of
 from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
 from mobile_robot_control.settings.nodes import Configuration, course_of, path_of
@@ -121,7 +121,7 @@ def _deviation(stretch: Stretch) -> float:
 def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
     """Plan the path in a configuration with a cart on a path."""
     cart, path = configuration.reference_cart, course_of(configuration.reference_cart)
-    assert isinstance(path, Motion)  # noqa: S101 (for mypy: it drives a path)
+    assert isinstance(path, PathMotion)  # noqa: S101 (for mypy: it drives a path)
     limit = [*path.limit, '']
     # the last point, at rest, belongs to the motion that ends there
     times = path.times.copy()

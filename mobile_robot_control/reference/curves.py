@@ -260,7 +260,7 @@ BUILT_IN = (
 )
 
 
-def curve_violations(curve: Any) -> Iterator[str]:
+def curve_violations(curve: object) -> Iterator[str]:
     """Yield the faults in the record of a curve."""
     if not isinstance(curve, Curve):
         yield f'CURVE is of type {type(curve).__name__}; write CURVE = Curve(name, point)'

@@ -15,7 +15,7 @@ from mobile_robot_control.elementary import atan2, dist, sin_cos
 from mobile_robot_control.model.kinematics import turned_round
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
-from mobile_robot_control.reference.motion import Motion, Part, Rest, Turn, parts_of, turn
+from mobile_robot_control.reference.motion import Part, PathMotion, Rest, Turn, parts_of, turn
 from mobile_robot_control.reference.path_parameters import PathRequest, can_turn
 from mobile_robot_control.reference.path_shape import Point, Span, bend, spline
 from mobile_robot_control.reference.planned_path import PlannedPath, timed
@@ -87,7 +87,7 @@ def _start(route: Route, ways: Sequence[Way], before: Reference, request: PathRe
     return best
 
 
-def join(request: PathRequest, before: Reference, rest: Rest | None = None, anew: bool = False) -> Motion | None:
+def join(request: PathRequest, before: Reference, rest: Rest | None = None, anew: bool = False) -> PathMotion | None:
     """
     Plan a motion that continues a reference.
 
@@ -105,7 +105,7 @@ def join(request: PathRequest, before: Reference, rest: Rest | None = None, anew
 
     Returns
     -------
-    Motion or None
+    PathMotion or None
         None if the path leads where the present one does, or ends where the cart stands: the cart goes on. Not with
         `anew`.
 
@@ -123,20 +123,20 @@ def join(request: PathRequest, before: Reference, rest: Rest | None = None, anew
     if rest is not None and not anew and _is_same(rest, route, ways, before, request):
         return None
     if not moves(before):
-        return Motion(_from_rest(route, ways, start, before, request), route.ignored)
+        return PathMotion(_from_rest(route, ways, start, before, request), route.ignored)
     assert rest is not None  # noqa: S101 (for mypy: a cart that stands at its end does not move)
     present = rest.parts[0]
     if isinstance(present, PlannedPath) and not (present.backward or route.stretches[start.number].backward):
         joined = _joined(ways[start.number], start, before, present.remaining(rest.time), request,
                          route.stretches[start.number])
-        return Motion(_continued(joined, route, start.number), route.ignored)
+        return PathMotion(_continued(joined, route, start.number), route.ignored)
     stopped = stop(rest, request, before)
     stands = stopped.reference(stopped.period)
     start = _start(route, ways, stands, request)
-    return Motion([*stopped.parts, *_from_rest(route, ways, start, stands, request)], route.ignored)
+    return PathMotion([*stopped.parts, *_from_rest(route, ways, start, stands, request)], route.ignored)
 
 
-def lead_over(request: PathRequest, before: Reference, rest: Rest) -> Motion:
+def lead_over(request: PathRequest, before: Reference, rest: Rest) -> PathMotion:
     """
     Plan the rest of a motion again, along a route that a correction has moved.
 
@@ -173,13 +173,13 @@ def lead_over(request: PathRequest, before: Reference, rest: Rest) -> Motion:
     if moves(before):
         if present in paths and not stretch.backward:
             joined = _joined(ways[number], start(before.pose), before, (), request, stretch, _LED)
-            return Motion(_continued(joined, route, number), route.ignored)
+            return PathMotion(_continued(joined, route, number), route.ignored)
         stopped = stop(rest, request, before)
         before, parts = stopped.reference(stopped.period), list(stopped.parts)
     if not paths:
         # on the spot at the end
-        return Motion(parts + parts_of(route, len(ways), before.pose.heading), route.ignored)
-    return Motion([*parts, *_from_rest(route, ways, start(before.pose), before, request)], route.ignored)
+        return PathMotion(parts + parts_of(route, len(ways), before.pose.heading), route.ignored)
+    return PathMotion([*parts, *_from_rest(route, ways, start(before.pose), before, request)], route.ignored)
 
 
 def _route(request: PathRequest, before: Reference, rest: Rest | None) -> Route:
@@ -266,7 +266,7 @@ def _joined(
     beside = _beside(ahead, way, start.length)
     parting = next((one.travelled - near - _STEP for one in beside if one.away > near), None)
     curvature = before.velocity.angular / before.velocity.linear if before.velocity.linear else 0.0
-    places = [_Place([], [], before.pose, curvature, start.length)]
+    places = [_Departure([], [], before.pose, curvature, start.length)]
     leaves = (beside[-1].travelled if beside else 0.0) if parting is None else parting
     if leaves > most:
         places.append(_place(ahead, beside, leaves - most))
@@ -285,7 +285,7 @@ def _joined(
     raise refusal
 
 
-class _Place(NamedTuple):
+class _Departure(NamedTuple):
     """
     A place at which the new motion leaves the present path.
 
@@ -352,14 +352,14 @@ def _beside(ahead: Sequence[Span], way: Way, begin: float) -> list[_Beside]:
     return points_beside
 
 
-def _place(ahead: Sequence[Span], beside: Sequence[_Beside], until: float) -> _Place:
+def _place(ahead: Sequence[Span], beside: Sequence[_Beside], until: float) -> _Departure:
     """Return the place after a length [m] along the present path."""
     leaving = next(one for one in beside if one.travelled >= until)
     numbers = {one.span: one.number for one in reversed(beside)}
     at = ahead[leaving.span].at(leaving.u)
-    return _Place([*ahead[:leaving.span], ahead[leaving.span].until(leaving.u)],
-                  [numbers[n] for n in range(leaving.span + 1)],
-                  Pose(at.x, at.y, atan2(at.dy, at.dx)), bend(at).curvature, leaving.length)
+    return _Departure([*ahead[:leaving.span], ahead[leaving.span].until(leaving.u)],
+                      [numbers[n] for n in range(leaving.span + 1)],
+                      Pose(at.x, at.y, atan2(at.dy, at.dx)), bend(at).curvature, leaving.length)
 
 
 def _joint(pose: Pose, curvature: float, first: Point) -> list[Point]:

@@ -21,8 +21,8 @@ from mobile_robot_control.reference.course import Course, CurveCourse, make_cour
 from mobile_robot_control.reference.localisation import (
     SAME,
     Corrections,
-    Drawing,
-    DrawnCorrections,
+    CorrectionSchedule,
+    RandomCorrections,
     composed,
     inverse,
 )
@@ -161,10 +161,10 @@ def led_over(
             course = course.after
         return Blend(course, moved, time), False
     from mobile_robot_control.reference.joining import lead_over  # noqa: PLC0415 (nodes without a path need no NumPy)
-    from mobile_robot_control.reference.motion import Motion  # noqa: PLC0415 (as above)
+    from mobile_robot_control.reference.motion import PathMotion  # noqa: PLC0415 (as above)
 
     assert request  # noqa: S101 (for mypy: a path where there is no curve)
-    assert isinstance(course, Motion)  # noqa: S101 (for mypy: of a path)
+    assert isinstance(course, PathMotion)  # noqa: S101 (for mypy: of a path)
     route = request._replace(waypoints=waypoints_in_odometry(request.waypoints, correction))
     return lead_over(route, course.accelerated(time), course.rest(time)), True
 
@@ -176,16 +176,16 @@ def course_at(curve: str, placement: Placement, path: PathRequest | tuple[()], c
 
 
 def driven_course(
-    curve: str, placement: Placement, path: PathRequest | tuple[()], drawing: Drawing | tuple[()]
+    curve: str, placement: Placement, path: PathRequest | tuple[()], schedule: CorrectionSchedule | tuple[()]
 ) -> Course:
     """Return the course of `make_course`, led by the drawn corrections, if there are any."""
-    return _led(curve, placement, path, drawing) if drawing else make_course(curve, placement, path)
+    return _led(curve, placement, path, schedule) if schedule else make_course(curve, placement, path)
 
 
 @lru_cache(maxsize=32)
-def _led(curve: str, placement: Placement, path: PathRequest | tuple[()], drawing: Drawing) -> Course:
+def _led(curve: str, placement: Placement, path: PathRequest | tuple[()], schedule: CorrectionSchedule) -> Course:
     # one for all trials that have it, since it plans as it goes
-    return LedCourse(make_course(curve, placement, path), path, drawing)
+    return LedCourse(make_course(curve, placement, path), path, schedule)
 
 
 class LedCourse:
@@ -198,17 +198,17 @@ class LedCourse:
         Without corrections.
     request : PathRequest or tuple
         Its path; () for a curve.
-    drawing : Drawing
+    schedule : CorrectionSchedule
         Of the corrections.
 
     """
 
-    def __init__(self, course: Course, request: PathRequest | tuple[()], drawing: Drawing) -> None:
+    def __init__(self, course: Course, request: PathRequest | tuple[()], schedule: CorrectionSchedule) -> None:
         self._given, self._request = course, request
         self.period, self.size, self.closed = course.period, course.size, course.closed
-        self._drawn, self._corrections = DrawnCorrections(drawing.localisation), Corrections()
+        self._drawn, self._corrections = RandomCorrections(schedule.localisation), Corrections()
         self._corrections.used = SAME
-        self._tick, self._ahead, self._next = drawing.tick, drawing.tick * drawing.horizon, 0
+        self._tick, self._ahead, self._next = schedule.tick, schedule.tick * schedule.horizon, 0
         # from each time on [ns]: a course, and the time of its own start [ns]
         self._times, self._courses = [0], [(course, 0)]
 
@@ -221,7 +221,7 @@ class LedCourse:
             time = (then - begins) / NANOSECONDS
             at = course.reference(time).pose
             for stamp, drawn in self._drawn.until(now, at):
-                self._corrections.note(stamp, drawn, at)
+                self._corrections.note_correction(stamp, drawn, at)
             correction = self._corrections.due(now, at)
             if correction is None or (self._request and time >= course.period):
                 continue

@@ -54,9 +54,9 @@ class Localisation(NamedTuple):
     seed: Annotated[int, Field('', 'of drawn corrections', minimum=0)] = 0
 
 
-class Drawing(NamedTuple):
+class CorrectionSchedule(NamedTuple):
     """
-    The drawing of corrections that move a course.
+    The schedule of corrections that move a course.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ class Corrections:
         """The newest one; None before the first."""
         return self._window[-1][1] if self._window else None
 
-    def note(self, stamp: int, correction: Pose, at: Pose) -> None:
+    def note_correction(self, stamp: int, correction: Pose, at: Pose) -> None:
         """Note a correction with a stamp [ns] not before that of the last one, for a robot at a pose of odometry."""
         if self._window and _exceeds(apart(composed(correction, at), composed(self._mean(), at)), _JUMP):
             self._window.clear()
@@ -153,7 +153,7 @@ class Swings:
         self._before: Pose | None = None
         self._count = 0
 
-    def note(self, correction: Pose) -> bool:
+    def note_correction(self, correction: Pose) -> bool:
         """Receive a correction; return whether it jumps back, as several before it."""
         last, self._last = self._last, correction
         if last is None or not _exceeds(apart(last, correction), _JUMP):
@@ -163,7 +163,7 @@ class Swings:
         return self._count >= _SWINGS
 
 
-class DrawnCorrections:
+class RandomCorrections:
     """
     Draws corrections at the ticks of a cart, each about the cart.
 

@@ -113,7 +113,7 @@ def turn(pose: Pose, angle: float, request: PathRequest, start: float = 0.0) -> 
     return Turn(pose, angle, profile, request.timing.speed_factor)
 
 
-class Motion:
+class PathMotion:
     """
     Parts of a motion, one after another, each from rest to rest; the first one may begin in motion.
 
@@ -237,7 +237,7 @@ def _by_headings(shortest: float, told: float) -> float:
 
 
 @lru_cache(maxsize=8)
-def plan(request: PathRequest) -> Motion:
+def plan(request: PathRequest) -> PathMotion:
     """
     Plan a path.
 
@@ -253,7 +253,7 @@ def plan(request: PathRequest) -> Motion:
         raise ParameterError([f'{waypoints.places[0]}: the whole path is {length:.3g} m long, less than path.tolerance '
                               f'= {path.tolerance:g} m; are its coordinates metres?'])
     route = route_of(request)
-    planned = Motion(parts_of(route), (*waypoints.ignored, *route.ignored))
+    planned = PathMotion(parts_of(route), (*waypoints.ignored, *route.ignored))
     if waypoints.duration:
         planned.ignored += (f'{waypoints.places[0]}: the times of the waypoints span {waypoints.duration:.4g} s, and '
                             f'are not used: the path is driven in {planned.period:.4g} s',)

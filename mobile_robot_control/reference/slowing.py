@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 from mobile_robot_control.model.robot import angular_inertia, half_separation, linear_inertia
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, BodyVelocity, Reference
-from mobile_robot_control.reference.motion import Motion
+from mobile_robot_control.reference.motion import PathMotion
 from mobile_robot_control.reference.path_parameters import PathRequest
 from mobile_robot_control.reference.stopping import moves
 
@@ -28,7 +28,7 @@ class Slowed:
 
     Parameters
     ----------
-    motion : Motion
+    motion : PathMotion
         The motion so far.
     begin : float
         Time along it at which the stop begins [s].
@@ -39,7 +39,7 @@ class Slowed:
 
     Attributes
     ----------
-    motion : Motion
+    motion : PathMotion
         As given.
     period : float
         Duration of the stop [s].
@@ -48,7 +48,7 @@ class Slowed:
 
     size, closed = 1.0, False
 
-    def __init__(self, motion: Motion, begin: float, request: PathRequest, rate: float = 1.0) -> None:
+    def __init__(self, motion: PathMotion, begin: float, request: PathRequest, rate: float = 1.0) -> None:
         self.motion, self.period = motion, 0.0
         self._times: list[float] = []
         # place along the motion [s], rate and its change [1/s]

@@ -8,7 +8,7 @@ import numpy as np
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Reference
-from mobile_robot_control.reference.motion import Motion, Part, Rest, Turn, turn
+from mobile_robot_control.reference.motion import Part, PathMotion, Rest, Turn, turn
 from mobile_robot_control.reference.path_parameters import PathRequest, Timing
 from mobile_robot_control.reference.path_shape import Span, lay_grid
 from mobile_robot_control.reference.planned_path import ImpossibleError, PlannedPath, plan_grid
@@ -33,7 +33,7 @@ def slackened(request: PathRequest, share: float) -> PathRequest:
         drive=request.drive._replace(stall_torque=share * request.drive.stall_torque))
 
 
-def stop(rest: Rest, request: PathRequest, before: Reference) -> Motion:
+def stop(rest: Rest, request: PathRequest, before: Reference) -> PathMotion:
     """
     Plan the shortest stop along the present motion.
 
@@ -56,7 +56,7 @@ def stop(rest: Rest, request: PathRequest, before: Reference) -> Motion:
         else:
             stopped = _stop(present.remaining(rest.time), limits, abs(before.velocity.linear), present.backward)
         if stopped is not None:
-            return Motion([stopped])
+            return PathMotion([stopped])
     raise ParameterError(['no stop on the rest of the path keeps the limits of timing'])
 
 

@@ -58,7 +58,7 @@ class Intervals(NamedTuple):
     travel: float = 1.0
 
 
-class Row(NamedTuple):
+class LimitRow(NamedTuple):
     """A limit c1 a + c2 x + c3 v <= c0 at both ends of each interval: its name, and arrays of shape (N, 2)."""
 
     name: str
@@ -98,15 +98,15 @@ class StuckError(ValueError):
 
 def _both_ways(
     name: str, c1: Floats, c2: Floats, c3: Floats, limit: float, friction: Floats | float = 0.0
-) -> list[Row]:
+) -> list[LimitRow]:
     """Return the rows of |c1 a + c2 x + c3 v + friction| <= limit, as shares of the limit."""
     # a wheel that reverses within an interval has both frictions there
-    return [Row(name, sign * c1 / limit, sign * c2 / limit, sign * c3 / limit,
-                1.0 - np.max(sign * friction * np.ones_like(c1), axis=1, keepdims=True) / limit * np.ones_like(c1))
+    return [LimitRow(name, sign * c1 / limit, sign * c2 / limit, sign * c3 / limit,
+                     1.0 - np.max(sign * friction * np.ones_like(c1), axis=1, keepdims=True) / limit * np.ones_like(c1))
             for sign in (1.0, -1.0)]
 
 
-def _torque_rows(grid: Intervals, timing: Timing, drive: Drive) -> list[Row]:
+def _torque_rows(grid: Intervals, timing: Timing, drive: Drive) -> list[LimitRow]:
     """Return the rows of both wheels' torques: Eq. (13)-(14), solved for the torques, with dry friction."""
     robot, rows = drive.robot, []
     r, half, share = robot.wheel_radius, half_separation(robot), timing.torque_fraction
@@ -127,7 +127,7 @@ def _torque_rows(grid: Intervals, timing: Timing, drive: Drive) -> list[Row]:
     return rows
 
 
-def _rows(grid: Intervals, timing: Timing, drive: Drive) -> list[Row]:
+def _rows(grid: Intervals, timing: Timing, drive: Drive) -> list[LimitRow]:
     """Return all limits that involve the acceleration."""
     ones, none = np.ones_like(grid.curvature), np.zeros_like(grid.curvature)
     rows = []
@@ -190,7 +190,7 @@ def _root_below(a: float, b: float, c: float, y: float) -> float:
 class _Passes:
     """The passes over the intervals of a grid."""
 
-    def __init__(self, rows: list[Row], length: Floats, tops: Floats) -> None:
+    def __init__(self, rows: list[LimitRow], length: Floats, tops: Floats) -> None:
         # by interval, the rows of its start (c1 / 2h, c2, c3, c0) and of its end
         per = 0.5 / length
         by_row = [np.stack([row.c1[:, end] * per, row.c2[:, end], row.c3[:, end], row.c0[:, end]], axis=1)
@@ -264,7 +264,7 @@ class _Passes:
 
 
 def _active(
-    rows: list[Row], limits: dict[str, Floats], speeds: Floats, acceleration: Floats
+    rows: list[LimitRow], limits: dict[str, Floats], speeds: Floats, acceleration: Floats
 ) -> list[str]:
     """Return the limit that each interval uses most, '' if none is active."""
     ends = np.stack([speeds[:-1], speeds[1:]], axis=1)

@@ -10,7 +10,7 @@ from mobile_robot_control.quantities import Pose, Reference
 from mobile_robot_control.reference.joining import join
 from mobile_robot_control.reference.led_course import waypoints_in_odometry
 from mobile_robot_control.reference.localisation import composed
-from mobile_robot_control.reference.motion import Motion, Part, Rest, turn
+from mobile_robot_control.reference.motion import Part, PathMotion, Rest, turn
 from mobile_robot_control.reference.path_parameters import PathRequest
 from mobile_robot_control.reference.stopping import moves, stop
 from mobile_robot_control.reference.waypoints import LONGEST, checked_waypoints
@@ -68,7 +68,7 @@ def _arc(start: Pose, turn: float, end: tuple[float, float]) -> Iterator[Pose]:
 
 def drive_to(
     goal: Pose, request: PathRequest, before: Reference, rest: Rest | None, correction: Pose, source: str
-) -> tuple[Motion, PathRequest]:
+) -> tuple[PathMotion, PathRequest]:
     """
     Plan a motion to a goal with its heading; a cart that cannot go on there stops first.
 
@@ -89,7 +89,7 @@ def drive_to(
 
     Returns
     -------
-    tuple of Motion and PathRequest
+    tuple of PathMotion and PathRequest
         The motion, and the path of it in the frame of the path.
 
     Raises
@@ -109,16 +109,16 @@ def drive_to(
             stopped = stop(rest, request, before)
             before, parts = stopped.reference(stopped.period), list(stopped.parts)
     onward, route = _from(goal, request, before, None, correction, source)
-    return Motion([*parts, *onward.parts], onward.ignored), route
+    return PathMotion([*parts, *onward.parts], onward.ignored), route
 
 
 def _from(
     goal: Pose, request: PathRequest, before: Reference, rest: Rest | None, correction: Pose, source: str
-) -> tuple[Motion, PathRequest]:
+) -> tuple[PathMotion, PathRequest]:
     """Plan from the cart's pose: by arcs where they are feasible, else straight, with a turn to the heading there."""
     start = composed(correction, before.pose)
     if dist(start[:2], goal[:2]) < request.path.rounding and not moves(before):
-        return Motion([turn(before.pose, wrap_angle(goal.heading - start.heading), request)]), request
+        return PathMotion([turn(before.pose, wrap_angle(goal.heading - start.heading), request)]), request
     refusal = ParameterError([])
     for poses, turns in ((arcs_to(start, goal), False), ([start, goal], True)):
         rows = [(source, {'x': one.x, 'y': one.y, 'heading': one.heading}) for one in poses]

@@ -189,17 +189,17 @@ def _yaml_rows(content: str, source: str) -> tuple[list[_Row], str]:
     return [(entry.start_mark.line + 1, _entry(entry)) for entry in entries], frame
 
 
-def _is_empty(tree: Any) -> bool:
+def _is_empty(tree: object) -> bool:
     return tree is None or (isinstance(tree, yaml.ScalarNode) and tree.value in ('', 'null', '~'))
 
 
-def _parts(node: Any) -> dict[str, Any]:
+def _parts(node: object) -> dict[str, Any]:
     """Return the parts of a mapping by their names."""
     return {str(getattr(key, 'value', '')): value for key, value in getattr(node, 'value', ())} if isinstance(
         node, yaml.MappingNode) else {}
 
 
-def _entry(node: Any) -> dict[str, Any]:
+def _entry(node: object) -> dict[str, Any]:
     """Return the texts of an entry by meaning; {} for what is none."""
     if isinstance(node, yaml.SequenceNode):
         fields = [getattr(field, 'value', '') for field in node.value]

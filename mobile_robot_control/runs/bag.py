@@ -177,7 +177,7 @@ class _Reading:
         self._found: dict[str, str] = {}
         self._without_stamp = False
 
-    def take(self, name: str, message: Message) -> None:
+    def take_message(self, name: str, message: Message) -> None:
         """Add one message of a topic; count an unusable one by its reason."""
         try:
             stamp, values = self._read(name, *message[1:])
@@ -202,7 +202,7 @@ class _Reading:
         last = sum(RESET in change.values for change in self._changes.values())
         return tuple(change for change in self._changes.values() if change.run == last)
 
-    def _read(self, name: str, kind: Any, received: Any, data: Any) -> tuple[int, tuple[float, ...]]:
+    def _read(self, name: str, kind: object, received: object, data: object) -> tuple[int, tuple[float, ...]]:
         """Return stamp and numbers of a message; raise RefusedMessageError if it is unusable."""
         if kind not in _KINDS[name]:
             raise RefusedMessageError(f'is of type {shortened(str(kind), 60)}, not {" or ".join(_KINDS[name])}')
@@ -298,7 +298,7 @@ def read_contents(
     events = f'{namespace.rstrip("/")}/{EVENTS}'
     for message in bag.messages({*names, events}.__contains__):
         if message.topic in names:
-            reading.take(names[message.topic], message)
+            reading.take_message(names[message.topic], message)
         else:
             reading.take_event(message)
     series, faults = reading.run()

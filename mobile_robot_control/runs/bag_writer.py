@@ -58,7 +58,7 @@ def playback_quality(latched: bool) -> dict[str, Any]:
     }
 
 
-def metadata_yaml(content: Any) -> str:
+def metadata_yaml(content: object) -> str:
     """Return dicts, strings and numbers as YAML in block style, without anchors."""
     try:
         document = yaml.dump(content, Dumper=_DUMPER, sort_keys=False)

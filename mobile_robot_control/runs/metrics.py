@@ -221,7 +221,7 @@ class Metrics(dict[str, Any]):
         return f'<table><tr><th>metric</th><th>value</th><th>unit</th></tr>{rows}</table>'
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     """Return a value with four digits; of both wheels, one after the other."""
     if isinstance(value, dict):
         return ', '.join(f'{name} {_shown(part)}' for name, part in value.items())
@@ -269,7 +269,7 @@ def summary(run: MeasuredRun) -> Metrics:
     return Metrics({name: _finite(value) for name, value in values.items()})
 
 
-def _finite(value: Any) -> Any:
+def _finite(value: object) -> Any:
     """Replace numbers that are not finite by None."""
     if isinstance(value, dict):
         return {name: _finite(part) for name, part in value.items()}

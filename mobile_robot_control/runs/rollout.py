@@ -34,7 +34,7 @@ from mobile_robot_control.runs.metrics import IndexMeter, RunMeter
 from mobile_robot_control.settings.nodes import Configuration
 
 
-def _stand(state: Any, _observation: Observation, _gains: Any, _dt: float) -> tuple[Any, BodyVelocity]:
+def _stand(state: object, _observation: Observation, _gains: object, _dt: float) -> tuple[Any, BodyVelocity]:
     """Replace the step of a failed law: stand still."""
     return state, BodyVelocity(0.0, 0.0)
 

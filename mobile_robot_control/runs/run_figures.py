@@ -12,11 +12,11 @@ from mobile_robot_control.figures.figure import (
     REFERENCE,
     SEEN,
     VALUE,
-    Curve,
     Figure,
     Line,
     Panel,
-    Pose,
+    RobotMark,
+    Trace,
     broken_at_jumps,
     is_drawn,
     ordinary_size,
@@ -73,24 +73,24 @@ class PanelOf(NamedTuple):
         bend = ordinary_size(values) if self.logarithmic else 0.0
         return Panel(name or self.label, self.label, self.unit, curves, bend=bend, span=span)
 
-    def _curves(self, runs: Sequence[RunRecord], values: Sequence[Line]) -> Iterator[Curve]:
+    def _curves(self, runs: Sequence[RunRecord], values: Sequence[Line]) -> Iterator[Trace]:
         """Yield the curves, from back to front."""
         if self.reference:
-            carts = (Curve(REFERENCE, n, 'reference', self.reference(run.series)) for n, run in enumerate(runs))
+            carts = (Trace(REFERENCE, n, 'reference', self.reference(run.series)) for n, run in enumerate(runs))
             # one for all runs
             yield from [_thinned(cart) for cart in carts if is_drawn(cart.line)][:1]
         dotted = [self.command(run.series) if self.command else None for run in runs]
         for n, (line, over) in enumerate(zip(values, dotted, strict=True)):
             if is_drawn(line):
-                yield _thinned(Curve(VALUE, n, self.labels[0] if over and is_drawn(over) else 'robot', line))
+                yield _thinned(Trace(VALUE, n, self.labels[0] if over and is_drawn(over) else 'robot', line))
                 if n and is_drawn(apart := difference(line, values[0])):
-                    yield _thinned(Curve(DIFFERENCE, n, 'difference', apart), _DIFFERENCE_BUCKETS)
+                    yield _thinned(Trace(DIFFERENCE, n, 'difference', apart), _DIFFERENCE_BUCKETS)
         for n, over in enumerate(dotted):
             if over and is_drawn(over):
-                yield _thinned(Curve(COMMAND, n, self.labels[1], over))
+                yield _thinned(Trace(COMMAND, n, self.labels[1], over))
 
 
-def _thinned(curve: Curve, buckets: int = _BUCKETS) -> Curve:
+def _thinned(curve: Trace, buckets: int = _BUCKETS) -> Trace:
     line, count = thinned(curve.line, buckets), curve.line.time.size
     return curve._replace(line=line, thinned_from=count if line.time.size < count else 0)
 
@@ -139,20 +139,20 @@ def over_time(
 
 def path_panel(runs: Sequence[RunRecord], name: str = 'path', title: str = '') -> Panel:
     """Return the paths of runs in the plane; for a single run with poses along it, evenly in time."""
-    curves: list[Curve] = []
-    poses: list[Pose] = []
+    curves: list[Trace] = []
+    poses: list[RobotMark] = []
     for n, series in enumerate(run.series for run in runs):
         motion = series.motion
         if series.has('reference') and not any(curve.kind == REFERENCE for curve in curves):
-            curves.append(Curve(REFERENCE, n, 'reference', _path(series, 'reference')))
+            curves.append(Trace(REFERENCE, n, 'reference', _path(series, 'reference')))
         if not series.has(motion):
             continue
-        curves.append(Curve(VALUE, n, 'robot' if motion == 'odom' else 'robot, true', _path(series, motion)))
+        curves.append(Trace(VALUE, n, 'robot' if motion == 'odom' else 'robot, true', _path(series, motion)))
         if motion != 'odom' and series.has('odom'):
-            curves.append(Curve(SEEN, n, 'robot, by odometry', _path(series, 'odom')))
+            curves.append(Trace(SEEN, n, 'robot, by odometry', _path(series, 'odom')))
         columns = series.signals[motion].values
         count = _POSES if len(runs) == 1 else 1
-        poses += [Pose(n, *columns[row, :3].tolist()) for row in _even(len(columns), count + 1)[:count]]
+        poses += [RobotMark(n, *columns[row, :3].tolist()) for row in _even(len(columns), count + 1)[:count]]
     return plane(name, curves, poses, title)
 
 

@@ -107,7 +107,7 @@ class Messages:
         return topics
 
 
-class _Part(NamedTuple):
+class _LastPart(NamedTuple):
     """The last run of one topic: its start, its number, the place of the last fall of stamps, and their count."""
 
     begin: int
@@ -116,15 +116,15 @@ class _Part(NamedTuple):
     disordered: int
 
 
-def _last_part(stamps: Stamps) -> _Part:
+def _last_part(stamps: Stamps) -> _LastPart:
     """Find the start of a topic's last run: at stamp 0 after any other, or where stamps fell and stayed below."""
-    part = _Part(0, 0, None, 0)
+    part = _LastPart(0, 0, None, 0)
     falls = (np.flatnonzero(np.diff(stamps) < 0) + 1).tolist()
     for fall, following in zip(falls, [*falls[1:], stamps.size], strict=False):
         # in a bag without the start of a later run, its stamps fall, and stay below the former ones
         missed = (fall - part.begin >= _SURE and following - fall >= _SURE
                   and stamps[fall + _SURE - 1] < stamps[fall - _SURE:fall].min())
-        part = (_Part(fall, part.starts + 1, None, part.disordered) if stamps[fall] == 0 or missed
+        part = (_LastPart(fall, part.starts + 1, None, part.disordered) if stamps[fall] == 0 or missed
                 else part._replace(fell=fall, disordered=part.disordered + 1))
     return part
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mobile_robot_control.analysis.promises import Promise, spread_text
-from mobile_robot_control.figures.figure import BEST, MEAN, Curve, Figure, Line, Panel
+from mobile_robot_control.figures.figure import BEST, MEAN, Figure, Line, Panel, Trace
 from mobile_robot_control.pages import page
 from mobile_robot_control.pages.metrics_table import configuration_table, metrics_table
 from mobile_robot_control.pages.page import asset
@@ -64,7 +64,7 @@ def search_figure(title: str, history: Sequence[Generation], runs: Sequence[Run]
     """
     numbers = np.array([float(generation.number) for generation in history])
     scores = Panel('search', 'objective', '', tuple(
-        Curve(kind, 0, name, Line(numbers, np.array([getattr(generation, column) for generation in history], float)))
+        Trace(kind, 0, name, Line(numbers, np.array([getattr(generation, column) for generation in history], float)))
         for kind, column, name in ((MEAN, 'mean', 'generation mean'), (BEST, 'best', 'best so far'))),
         'generation', logarithmic=True)
     last_first = runs[::-1]

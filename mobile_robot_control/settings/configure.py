@@ -94,7 +94,7 @@ def _disagreements(configuration: Configuration) -> Iterator[str]:
             yield f"{name} differs between the nodes ({told}); write it once, under '/**'"
 
 
-def configure(values: Mapping[str, Mapping[str, Any]]) -> Configuration:
+def configure(values: Mapping[str, Mapping[str, object]]) -> Configuration:
     """
     Make the configuration of a run from each node's values, checked as a whole.
 

@@ -60,7 +60,7 @@ def unreached(section: str, names: Mapping[str, str]) -> str:
     return ''
 
 
-def misspelt(section: str, values: Mapping[str, Any]) -> str:
+def misspelt(section: str, values: Mapping[str, object]) -> str:
     """Explain which of the four nodes a section means whose name none has, with the remedy; '' if it means none."""
     import difflib  # noqa: PLC0415 (a node starts sooner without)
 
@@ -112,7 +112,7 @@ Override = str | tuple[str, Any]
 """One parameter: ``NODE.PARAMETER:=VALUE`` with a value in YAML, or name and value."""
 
 
-def _flat(tree: Mapping[Any, Any], prefix: str = '') -> Iterator[tuple[str, Any]]:
+def _flat(tree: Mapping[Any, object], prefix: str = '') -> Iterator[tuple[str, Any]]:
     """Yield dotted name and value of each leaf of a tree."""
     for key, value in tree.items():
         if isinstance(value, Mapping):
@@ -121,7 +121,7 @@ def _flat(tree: Mapping[Any, Any], prefix: str = '') -> Iterator[tuple[str, Any]
             yield f'{prefix}{key}', value
 
 
-def _sections(tree: Mapping[Any, Any], path: str, source: str) -> Iterator[tuple[str, dict[str, Any]]]:
+def _sections(tree: Mapping[Any, object], path: str, source: str) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield node name (with its namespace, if written) and values of each section, in the file's order."""
     for key, value in tree.items():
         name = f'{path}/{str(key).strip("/")}' if path else str(key)
@@ -161,7 +161,7 @@ def _law_hint(name: str, declared: Iterable[str]) -> str:
     return f"; if '{group}' is a law of your own, name its file with --law, or register it in Python"
 
 
-def _check_names(section: str, values: Mapping[str, Any], nodes: Sequence[str], source: str) -> Iterator[str]:
+def _check_names(section: str, values: Mapping[str, object], nodes: Sequence[str], source: str) -> Iterator[str]:
     """Yield the faults in the names of a section for some of the four nodes."""
     names = set().union(*(parameter_names()[node] for node in nodes))
     for name, value in values.items():
@@ -200,7 +200,7 @@ def read_parameter_file(path: str | Path) -> list[tuple[str, dict[str, Any]]]:
     return list(_sections(tree, '', source))
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """Convert a Python value to the types of YAML: without NumPy, and with one kind of number in an array."""
     value = value.tolist() if hasattr(value, 'tolist') else value
     if not isinstance(value, list | tuple):
@@ -240,7 +240,7 @@ def read_override(override: Override) -> tuple[str, str, dict[str, Any]]:
 
 
 def merge_sections(
-    sources: Iterable[tuple[str, str, Mapping[str, Any]]], names: Mapping[str, str] | None = None
+    sources: Iterable[tuple[str, str, Mapping[str, object]]], names: Mapping[str, str] | None = None
 ) -> Values:
     """
     Merge sections (source for messages, section name, values) into values by node name; later ones win.
@@ -335,7 +335,7 @@ def load(files: Sequence[str | Path], overrides: Sequence[Override] = (), namesp
     return merge_sections(sources, names)
 
 
-def parameter_file_text(values: Mapping[str, Mapping[str, Any]]) -> str:
+def parameter_file_text(values: Mapping[str, Mapping[str, object]]) -> str:
     """
     Return values by node and dotted name as the text of a ROS 2 parameter file.
 

@@ -61,7 +61,7 @@ def shipped_set(law: str) -> LawSet | None:
         name: value for name, value in nodes[POSITION].items() if name in _CONDITIONS or name.startswith('robot.')})
 
 
-def _listed(part: Any) -> dict[str, Any]:
+def _listed(part: object) -> dict[str, Any]:
     """Return a node's parameters by dotted name, arrays as lists."""
     return {name: list(value) if isinstance(value, tuple) else value for name, value in flatten(part).items()}
 
@@ -102,7 +102,7 @@ def set_for(law: str, present: Present) -> LawSet | None:
     return law_set if law_set and takes_torque and _fits(law_set, present.get(POSITION, {})) else None
 
 
-def _fits(found: LawSet, own: Mapping[str, Any]) -> bool:
+def _fits(found: LawSet, own: Mapping[str, object]) -> bool:
     """Return whether a set is for the robot and rates of a position controller with these parameters."""
     return all(own.get(name) == value for name, value in found.conditions.items())
 
@@ -166,7 +166,7 @@ def law_note(sources: ParameterSources) -> str:
     return _words(law_set, present, meant, f'take them with --params-file {law_set.given}')
 
 
-def node_note(law: str, group: Any) -> str:
+def node_note(law: str, group: object) -> str:
     """
     Return a line on a law that a running position controller takes up without the gains of its shipped set.
 

@@ -22,7 +22,7 @@ from mobile_robot_control.reference.course import Course, make_course
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.goal import GoalParameters
 from mobile_robot_control.reference.led_course import driven_course
-from mobile_robot_control.reference.localisation import Drawing, Localisation
+from mobile_robot_control.reference.localisation import CorrectionSchedule, Localisation
 from mobile_robot_control.reference.path_parameters import (
     NO_FILE,
     Drive,
@@ -159,7 +159,7 @@ NODES: dict[str, Any] = dict(Configuration.__annotations__)
 """The parameter class of each node, by node name."""
 
 
-def counted_twice(parameters: PositionControllerParameters) -> Iterator[str]:
+def latency_cautions(parameters: PositionControllerParameters) -> Iterator[str]:
     """Report an age of odometry that is compensated twice."""
     if parameters.compensate_latency and parameters.odom_latency and parameters.shared.stamps_samples:
         yield (f'odom_latency = {parameters.odom_latency:g} s is added to the age that the stamps of odom show '
@@ -203,21 +203,22 @@ def course_of(cart: ReferenceCartParameters) -> Course:
     return make_course(cart.curve.curve, cart.curve.placement, path_of(cart))
 
 
-def drawing_of(cart: ReferenceCartParameters) -> Drawing | tuple[()]:
-    """Return the drawing of corrections; () for none."""
+def correction_schedule(cart: ReferenceCartParameters) -> CorrectionSchedule | tuple[()]:
+    """Return the schedule of drawn corrections; () for none."""
     if cart.localisation.rate <= 0.0:
         return ()
-    return Drawing(cart.localisation, period_nanoseconds(cart.shared.position_rate), cart.shared.reference_horizon)
+    tick = period_nanoseconds(cart.shared.position_rate)
+    return CorrectionSchedule(cart.localisation, tick, cart.shared.reference_horizon)
 
 
 def driven_course_of(cart: ReferenceCartParameters) -> Course:
     """Return the course of the cart, with the corrections that are drawn."""
-    return driven_course(cart.curve.curve, cart.curve.placement, path_of(cart), drawing_of(cart))
+    return driven_course(cart.curve.curve, cart.curve.placement, path_of(cart), correction_schedule(cart))
 
 
 def awaits_corrections(cart: ReferenceCartParameters) -> bool:
     """Return whether a localisation places the course: none that is drawn."""
-    return cart.shared.is_localised and not drawing_of(cart)
+    return cart.shared.is_localised and not correction_schedule(cart)
 
 
 def known_course(cart: ReferenceCartParameters) -> Course | None:

@@ -16,7 +16,7 @@ from mobile_robot_control.analysis.promises import Promise, brief_lines, promise
 from mobile_robot_control.elementary import normal
 from mobile_robot_control.identification.result import read_estimates
 from mobile_robot_control.loop.batch import TrialRunner
-from mobile_robot_control.loop.drawn import Drawing, judged_rows
+from mobile_robot_control.loop.drawn import Draws, judged_rows
 from mobile_robot_control.loop.indices import TRUE
 from mobile_robot_control.loop.metric_table import BAND
 from mobile_robot_control.loop.monte_carlo import (
@@ -275,9 +275,9 @@ def studied_controllers(request: StudyRequest) -> dict[str, Configuration]:
     return named
 
 
-def study_drawing(request: StudyRequest, parameters: Configuration, by_odometry: bool = False) -> Drawing:
+def study_drawing(request: StudyRequest, parameters: Configuration, by_odometry: bool = False) -> Draws:
     """Return what the runs of a controller have in common, judged by their true pose or by odometry."""
-    return Drawing(
+    return Draws(
         parameters, request.laps, request.laps * 0.75,
         lambda form: form._replace(indices=not by_odometry, band=request.settled_within, by_odometry=by_odometry),
         request.success_within, {})

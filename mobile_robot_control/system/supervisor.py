@@ -119,7 +119,7 @@ def exit_after(seconds: int, code: int) -> Iterator[None]:
         library.timer_delete(timer)
 
 
-def keep_node(node: Any) -> None:
+def keep_node(node: object) -> None:
     """Keep a node until `shut_down`: collected as garbage, it could hang where nobody watches."""
     _KEPT.append(node)
 

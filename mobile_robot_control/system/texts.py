@@ -113,7 +113,7 @@ class Returned(NamedTuple):
     place: str = ''
 
 
-def last_returned(repeat: Callable[[], Any]) -> Returned:
+def last_returned(repeat: Callable[[], object]) -> Returned:
     """Repeat what has just failed, and return the last result of a function from outside in it."""
     last = Returned()
 
@@ -134,7 +134,7 @@ def last_returned(repeat: Callable[[], Any]) -> Returned:
     return last
 
 
-def form_of(value: Any) -> str:
+def form_of(value: object) -> str:
     """
     Return the form of a value: types in place of numbers, so that equal faults have equal texts.
 

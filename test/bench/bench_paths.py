@@ -14,7 +14,7 @@ from bench.bench_start import times
 from bench.progress import show
 from bench.row import Row, at_most
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.reference.motion import Motion, plan
+from mobile_robot_control.reference.motion import PathMotion, plan
 from mobile_robot_control.reference.path_fit import fitted
 from mobile_robot_control.reference.path_parameters import Drive, PathParameters, PathRequest, Timing
 from mobile_robot_control.reference.path_shape import PathGrid, control_points, spans_of
@@ -42,7 +42,7 @@ def route(cell: float) -> list[tuple[float, float]]:
     return [(0.05 * n, cell * round(0.8 * math.sin(0.055 * n) / cell)) for n in range(104)]
 
 
-def planned(points: list[tuple[float, float]], timing: Timing = TIMING) -> tuple[float, Motion]:
+def planned(points: list[tuple[float, float]], timing: Timing = TIMING) -> tuple[float, PathMotion]:
     """Plan a path of waypoints; return the seconds of CPU that it took, and the path."""
     plan.cache_clear()
     begun = time.process_time()

@@ -21,7 +21,7 @@ from mobile_robot_control.control import backstepping
 from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.loop import batch, drawn
-from mobile_robot_control.loop.drawn import Drawing, judged_rows, run_draws
+from mobile_robot_control.loop.drawn import Draws, judged_rows, run_draws
 from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.scenarios import configured_scenario
 from mobile_robot_control.loop.trial import cart_motion, make_trial, references
@@ -220,7 +220,7 @@ def _on_a_gpu():
             scenarios = draw_scenarios(ScenarioDistribution(('trifolium',), (1.0,)), 200_000, 1)
             rates = []
             for run, many in ((gpu, 200_000), (pool, 2000)):
-                drawing = Drawing(loop, 1.0, 0.75, lambda form: form, 0.1, {})
+                drawing = Draws(loop, 1.0, 0.75, lambda form: form, 0.1, {})
                 judged_rows(run, drawing, scenarios[:many])
                 begun = time.perf_counter()
                 judged_rows(run, drawing, scenarios[:many])

@@ -4,11 +4,11 @@ import subprocess
 import sys
 
 import pytest
-from helpers.measuring import configuration
+from helpers.measuring import configuration, measured_run
 
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.metric_table import INDICES
-from mobile_robot_control.loop.trial import cart_motion, make_trial, measured_run, references
+from mobile_robot_control.loop.trial import cart_motion, make_trial, references
 from mobile_robot_control.runs.metrics import RunMeter, summary
 from mobile_robot_control.runs.rollout import measure, rollout
 

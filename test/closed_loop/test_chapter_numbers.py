@@ -4,10 +4,10 @@ import math
 
 import pytest
 from helpers import chapter
-from helpers.measuring import configuration, measured
+from helpers.measuring import configuration, measured, measured_run
 
 from mobile_robot_control.loop.batch import run_trials
-from mobile_robot_control.loop.trial import make_trial, measured_run
+from mobile_robot_control.loop.trial import make_trial
 from mobile_robot_control.runs.metrics import summary
 
 VELOCITY = {f'gains.{name}': value for name, value in chapter.EVOLVED_VELOCITY_GAINS.items()}

@@ -34,8 +34,8 @@ class Cart:
     def __init__(self, start, every=1.0, plan=plan_from):
         self._every, self._plan, self._next = every, plan, 0.0
         self.course = CartCourse(PARAMETERS.reference_cart, round(1e9 / RATE))
-        self.course.begin(PARAMETERS.reference_cart, Pose(*start))
-        self._law = bumpless_transfer.begin(PARAMETERS.position_controller.control, 1.0 / RATE, under_way=False)
+        self.course.begin_course(PARAMETERS.reference_cart, Pose(*start))
+        self._law = bumpless_transfer.begin_law(PARAMETERS.position_controller.control, 1.0 / RATE, under_way=False)
         self.commands, self.answers, self.references = [], [], []
 
     def __call__(self, time, stamp, pose, velocity):
@@ -46,7 +46,7 @@ class Cart:
             message = serialize_message(path_message('odom', [Pose(*point, 0.0) for point in points.tolist()]))
             at = round(time * 1e9)
             found = answer(self.course.question(message, at))
-            self.course.take(found, at)
+            self.course.take_answer(found, at)
             self.answers.append(found)
         reference = self.course.reference(time)
         error = tracking_error(reference.pose, carried_forward(seen, velocity, time - stamp))

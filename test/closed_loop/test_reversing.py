@@ -88,7 +88,7 @@ class Control:
         control = configure(load([], [f'position_controller.controller_type:={law}'])).position_controller.control
         late = control.feedforward._replace(lag=(BASE.lag,) * 2, dead_time=(0.5 / BASE.command_rate,) * 2)
         control = control._replace(feedforward=late)
-        self._law = bumpless_transfer.begin(control, 1.0 / RATE, under_way=False)
+        self._law = bumpless_transfer.begin_law(control, 1.0 / RATE, under_way=False)
 
     def __call__(self, reference, age, pose, velocity):
         error = tracking_error(reference.pose, carried_forward(pose, velocity, age))

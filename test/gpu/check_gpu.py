@@ -19,7 +19,7 @@ from mobile_robot_control.benchmarking.side_by_side import in_threads
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.cuda import Cuda
-from mobile_robot_control.loop.drawn import Drawing, judged_rows, run_draws
+from mobile_robot_control.loop.drawn import Draws, judged_rows, run_draws
 from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.scenarios import scenario_trial
 from mobile_robot_control.model.noise import Noise
@@ -48,7 +48,7 @@ def _rates():
     gpu, cpu, loop = Cuda(), batch.Pool(), ParameterSources().configuration()
     drawn = draw_scenarios(DISTRIBUTION, MANY, 1)
     for name, form in (('without', lambda form: form), ('with', _indexed)):
-        drawing = Drawing(loop, 1.0, 0.75, form, 0.1, {})
+        drawing = Draws(loop, 1.0, 0.75, form, 0.1, {})
         runs = [one for _, one in drawing.runs(drawn)]
         for what, on, part, many in (('on the GPU', gpu, runs, MANY),
                                      (f'on {batch.cores()} threads', cpu, drawing, 5000)):
@@ -90,7 +90,7 @@ def _compared(robot, law):
     begun, gpu, cpu = time.perf_counter(), Cuda(), batch.Pool(1)
     loop = ParameterSources(robot=robot).with_values(
         {'position_controller.controller_type': law}).configuration()
-    drawing, scenarios = Drawing(loop, 1.0, 0.75, _indexed, 0.1, {}), draw_scenarios(DISTRIBUTION, DRAWN, 1)
+    drawing, scenarios = Draws(loop, 1.0, 0.75, _indexed, 0.1, {}), draw_scenarios(DISTRIBUTION, DRAWN, 1)
     trials = [scenario_trial(loop, one, 1.0, 0.75) for one in scenarios[:DRAWN // 4]]
     # a nan has many bit patterns
     differing = sum(not np.array_equal(ours, theirs, equal_nan=True) for ours, theirs in zip(

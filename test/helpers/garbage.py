@@ -20,7 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.messages.parsing import stamp_nanoseconds
+from helpers.watching import stamp_nanoseconds
 from mobile_robot_control.ros.shared.qos import SUBSCRIBED
 from mobile_robot_control.ros.start.spin import make_executor
 

@@ -1,5 +1,8 @@
 """Configurations, rollouts and their metrics, in one process without ROS."""
 
+import math
+
+from mobile_robot_control.loop.indices import MeasuredRun
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import measure, rollout
 from mobile_robot_control.settings.configure import configure
@@ -16,3 +19,11 @@ def measured(parameters, duration):
     """Run a configuration; returns the metrics by name and the last sample."""
     samples = list(rollout(parameters, duration))
     return summary(measure(parameters, duration, samples)), samples[-1]
+
+
+def measured_run(trial, outcome):
+    """Return the measured run of an outcome, in the form of every other run; it has no measured errors."""
+    name = 'law_failed' if outcome.law_failed else 'completed' if outcome.steps == trial.steps else 'diverged'
+    return MeasuredRun(
+        name, outcome.steps * trial.loop.robot.plant.dt, outcome.final_pose, outcome.initial_torque, outcome.totals,
+        measured_squared_position=math.nan, indices=outcome.indices or None)

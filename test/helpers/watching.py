@@ -6,8 +6,13 @@ from geometry_msgs.msg import TwistStamped, Vector3Stamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.messages.parsing import stamp_nanoseconds
+from mobile_robot_control.quantities import NANOSECONDS
 from mobile_robot_control.ros.shared.qos import PUBLISHED
+
+
+def stamp_nanoseconds(stamp):
+    """Return a message's stamp (builtin_interfaces/Time) [ns]."""
+    return stamp.sec * NANOSECONDS + stamp.nanosec
 
 
 class Timeline:

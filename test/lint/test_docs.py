@@ -48,10 +48,11 @@ def test_there_is_a_page_for_each_node_with_the_table_of_its_parameters():
         assert tables(node) in page
 
 
-def test_the_table_of_all_parameters_is_present():
+def test_the_table_of_shared_parameters_is_present_and_its_page_links_to_those_of_each_node():
     page = _page('parameters')
     assert insert_parameters(page) == page
     assert tables() in page
+    assert all(f'(nodes/{node}.md#parameters)' in page for node in NODES)
 
 
 def test_every_gain_and_constant_of_the_robot_says_what_a_larger_value_does():

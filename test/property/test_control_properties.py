@@ -290,7 +290,7 @@ def test_equation_17_without_a_limit_both_channels_always_integrate(gains, comma
 @given(extreme_controls(), st.lists(st.tuples(st.builds(TrackingError, WITHIN, WITHIN, DIRECTIONS), st.builds(
     Reference, st.just(ORIGIN), st.builds(BodyVelocity, WITHIN, WITHIN))), min_size=1, max_size=4), st.booleans())
 def test_no_gains_give_a_command_beyond_1e12(control, inputs, under_way):
-    running = bumpless_transfer.begin(control, 0.01, under_way=under_way)
+    running = bumpless_transfer.begin_law(control, 0.01, under_way=under_way)
     for error, reference in inputs:
         running, command = bumpless_transfer.step(running, observed(error, reference), 0.01)
         # written so that NaN does not pass

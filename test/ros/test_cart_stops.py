@@ -85,7 +85,7 @@ class Sequence:
         self.goals, self.asked, self.ended_at, self._shortest, self.driven = [], None, 0.0, 0.0, 0.0
         take = self.node.paths._take
         monkeypatch.setattr(self.node.paths, '_take', lambda due: self._note(take, due))
-        self.node.begin(self._inputs(), False)
+        self.node.begin_run(self._inputs(), False)
 
     def _note(self, take, due):
         shortest = self._shortest_stop()

@@ -8,9 +8,9 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from helpers.harness import CONFIG, PERIOD
+from helpers.watching import stamp_nanoseconds
 from nav_msgs.msg import Path
 
-from mobile_robot_control.messages.parsing import stamp_nanoseconds
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.ros.shared.qos import LATCHED

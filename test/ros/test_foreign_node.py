@@ -16,6 +16,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TwistStamped
 from helpers import foreign_position_controller
 from helpers.harness import CONFIG
+from helpers.watching import stamp_nanoseconds
 from nav_msgs.msg import Odometry
 
 from mobile_robot_control.messages import parsing
@@ -64,7 +65,7 @@ def commands(robot):
 
     def take(message):
         twist = message.twist
-        received[parsing.stamp_nanoseconds(message.header.stamp)].append((twist.linear.x, twist.angular.z))
+        received[stamp_nanoseconds(message.header.stamp)].append((twist.linear.x, twist.angular.z))
 
     robot.recorder.create_subscription(TwistStamped, 'cmd_vel', take, PUBLISHED.depth)
     return received

@@ -8,11 +8,11 @@ import pytest
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TwistStamped
 from helpers.harness import CONFIG
+from helpers.watching import stamp_nanoseconds
 from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from mobile_robot_control.messages.parsing import stamp_nanoseconds
 from mobile_robot_control.ros.shared.qos import LATCHED, PUBLISHED
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import configure

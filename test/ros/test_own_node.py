@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 from geometry_msgs.msg import TwistStamped
+from helpers.watching import stamp_nanoseconds
 
-from mobile_robot_control.messages.parsing import stamp_nanoseconds
 from mobile_robot_control.quantities import BodyVelocity
 from mobile_robot_control.ros.shared.qos import PUBLISHED
 from mobile_robot_control.ros.start import spin

@@ -7,10 +7,10 @@ import sys
 import pytest
 from helpers.agreeing import assert_agree, configured
 from helpers.harness import CONFIG, driven, experiment
+from helpers.watching import stamp_nanoseconds
 from mcap_ros2.reader import read_ros2_messages
 
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.messages.parsing import stamp_nanoseconds
 from mobile_robot_control.settings.configure import at_cart_start, configure, shipped_robots
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.nodes import course_of, loop_of

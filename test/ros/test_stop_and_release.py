@@ -7,9 +7,9 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
 from helpers.harness import CONFIG
+from helpers.watching import stamp_nanoseconds
 from nav_msgs.msg import Odometry
 
-from mobile_robot_control.messages.parsing import stamp_nanoseconds
 from mobile_robot_control.ros.shared.qos import PUBLISHED
 
 APPROACH = 0.2

@@ -16,7 +16,7 @@ from mobile_robot_control.settings.nodes import (
     ReferenceCartParameters,
     awaits_corrections,
     awaits_path,
-    drawing_of,
+    correction_schedule,
     driven_course_of,
     path_of,
     path_request,
@@ -24,7 +24,7 @@ from mobile_robot_control.settings.nodes import (
 from mobile_robot_control.topics import PATH_TOPIC
 
 if TYPE_CHECKING:
-    from mobile_robot_control.reference.motion import Motion
+    from mobile_robot_control.reference.motion import PathMotion
     from mobile_robot_control.ros.cart.path_planning import PathAnswer, PathQuestion
 
 _PATH_POINTS = 400
@@ -52,9 +52,9 @@ class CartCourse:
 
     def __init__(self, cart: ReferenceCartParameters, period: int) -> None:
         self._horizon, self._period = cart.shared.reference_horizon, period
-        self.begin(cart, Pose(0.0, 0.0, 0.0))
+        self.begin_course(cart, Pose(0.0, 0.0, 0.0))
 
-    def begin(self, cart: ReferenceCartParameters, pose: Pose, correction: Pose | None = None) -> None:
+    def begin_course(self, cart: ReferenceCartParameters, pose: Pose, correction: Pose | None = None) -> None:
         """
         Begin a run on the course of the parameters.
 
@@ -122,15 +122,15 @@ class CartCourse:
             correction=correction or self.correction or SAME, at=self._course.reference(since), course=motion,
             time=place, anew=self._cart.timing != self._timing or motion is not self._course, topic=topic)
 
-    def _motion(self, since: float) -> 'tuple[Motion | None, float]':
+    def _motion(self, since: float) -> 'tuple[PathMotion | None, float]':
         """Return the planned motion at a time since the start of the course, and the time along it [s]."""
-        from mobile_robot_control.reference.motion import Motion  # noqa: PLC0415 (needs NumPy)
+        from mobile_robot_control.reference.motion import PathMotion  # noqa: PLC0415 (needs NumPy)
         from mobile_robot_control.reference.slowing import Slowed  # noqa: PLC0415 (needs NumPy)
 
         course = self._course
         if isinstance(course, Slowed) and since < course.period:
             return course.motion, course.place(since)
-        return course if isinstance(course, Motion) else None, since
+        return course if isinstance(course, PathMotion) else None, since
 
     def slow_down(self, time: int, rate: float) -> None:
         """Stop along the present motion, whose time runs at a rate, from a time along the course [ns] on."""
@@ -159,14 +159,14 @@ class CartCourse:
         if self.correction is None and not self._cart.shared.lockstep:
             raise RefusedMessageError('no correction', f'nothing leads from {self._cart.shared.path_frame_id} to '
                                       f'{self._cart.shared.odom_frame_id} yet; start the localisation')
-        if drawing_of(self._cart):
+        if correction_schedule(self._cart):
             raise RefusedMessageError('corrections are drawn', 'a path of the topic is corrected by /tf; leave '
                                       'localisation.rate out')
         if curve != PATH:
             raise RefusedMessageError('the cart drives a curve',
                                       f"curve is '{curve}'; set curve = '{PATH}', with limits of timing")
 
-    def take(self, answer: 'PathAnswer', begins: int) -> None:
+    def take_answer(self, answer: 'PathAnswer', begins: int) -> None:
         """Follow an answer from a time along the course [ns] on."""
         if answer.goes_on and answer.refusal:
             return

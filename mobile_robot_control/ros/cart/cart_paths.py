@@ -156,7 +156,7 @@ class LockstepPaths:
         """Lead the cart over at this tick, where no path begins."""
         self._correction = correction
 
-    def begin(self) -> None:
+    def begin_run(self) -> None:
         """Forget the paths of the previous run; paths from before the first run wait for it."""
         if self._has_run:
             self._waiting.clear()
@@ -298,7 +298,7 @@ class WallClockPaths:
         """Return whether a path waits for its start."""
         return bool(self._newest.message) or self._asked is not None or self._ready is not None
 
-    def begin(self) -> None:
+    def begin_run(self) -> None:
         """Forget a path planned for the previous course."""
         self._ready = self._correction = None
         question = self._asked

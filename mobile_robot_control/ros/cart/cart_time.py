@@ -42,16 +42,16 @@ class CartTime(Protocol):
     def may_jump(self) -> bool:
         """Return whether the cart may switch to another curve."""
 
-    def note(self, pose: Pose) -> None:
+    def note_pose(self, pose: Pose) -> None:
         """Receive the robot's pose."""
 
     def take_rate(self) -> float:
         """Return the rate of the time along the course, which is 1 from now on: the course slows down itself."""
 
-    def begin_anew(self) -> None:
+    def begin_curve(self) -> None:
         """Start again at the start of another curve."""
 
-    def forget(self) -> None:
+    def forget_run(self) -> None:
         """Start again with the next odometry."""
 
     def condition(self) -> Condition | None:
@@ -86,17 +86,17 @@ class LockstepTime:
         """Return True: a new run begins on another curve."""
         return True
 
-    def note(self, pose: Pose) -> None:
+    def note_pose(self, pose: Pose) -> None:
         """Leave the time as it is."""
 
     def take_rate(self) -> float:
         """Return 1."""
         return 1.0
 
-    def begin_anew(self) -> None:
+    def begin_curve(self) -> None:
         """Leave the time as it is."""
 
-    def forget(self) -> None:
+    def forget_run(self) -> None:
         """Leave the time as it is."""
 
     def condition(self) -> None:
@@ -132,7 +132,7 @@ class WallClockTime:
         """Return whether the cart still stands at its start."""
         return self._began is None
 
-    def note(self, _pose: Pose) -> None:
+    def note_pose(self, _pose: Pose) -> None:
         """Start with the first odometry."""
         if self._began is None:
             self._began = self._clock()
@@ -141,10 +141,10 @@ class WallClockTime:
         """Return 1."""
         return 1.0
 
-    def begin_anew(self) -> None:
+    def begin_curve(self) -> None:
         """Leave the time as it is: the cart stands at its start."""
 
-    def forget(self) -> None:
+    def forget_run(self) -> None:
         """Start again with the next odometry."""
         self._began = None
 
@@ -203,7 +203,7 @@ class CartWait:
         rate, self._cart = self._cart.rate, self._cart._replace(rate=1.0)
         return rate
 
-    def begin_anew(self) -> None:
+    def begin_curve(self) -> None:
         """Place the cart at the start of another curve, where it waits for the robot."""
         self._at = self._reference_at(0.0).pose
         if self._cart is not None:
@@ -213,7 +213,7 @@ class CartWait:
     def _log_wait(self, cart: WaitingCart) -> None:
         self._node.get_logger().warning(f'the cart waits: {self._words(cart)}')
 
-    def note(self, pose: Pose) -> None:
+    def note_pose(self, pose: Pose) -> None:
         """Receive the robot's pose; the first one places the cart at its start."""
         self._pose = pose
         if self._cart is None:
@@ -223,9 +223,9 @@ class CartWait:
         """Return True: the cart waits at the start of another curve."""
         return True
 
-    def forget(self) -> None:
+    def forget_run(self) -> None:
         """Wait at the start for the robot of another run."""
-        self.begin_anew()
+        self.begin_curve()
 
     def references(self, _stamp: int = 0) -> tuple[Reference, ...]:
         """Return the present reference, and those of the steps ahead."""
@@ -248,7 +248,7 @@ class CartWait:
         """Return the report of a waiting cart; None while it drives."""
         if self._cart is None or not self._cart.why:
             return None
-        return Condition(DiagnosticStatus.WARN, 'waiting', self._monitor.missing(), self._words(self._cart))
+        return Condition(DiagnosticStatus.WARN, 'waiting', self._monitor.missing_inputs(), self._words(self._cart))
 
     def _words(self, cart: WaitingCart) -> str:
         """Describe why the cart waits, and what ends the wait."""

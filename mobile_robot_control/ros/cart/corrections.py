@@ -18,7 +18,7 @@ class NoCorrections:
 
     used: Pose | None = None
 
-    def begin(self) -> None:
+    def begin_run(self) -> None:
         """Await nothing."""
 
     def step(self, stamp: int) -> None:
@@ -27,7 +27,7 @@ class NoCorrections:
     def report(self, stamp: int) -> None:
         """Report nothing."""
 
-    def missing(self) -> str:
+    def missing_correction(self) -> str:
         """Return '': nothing is missing."""
         return ''
 
@@ -58,26 +58,26 @@ class CartCorrections:
         self._waiting: list[tuple[int, Pose]] = []
         self._choice = Corrections()
         self._led: Pose | None = None
-        self._input = LocalisationInput(cart, cart.shared, cart.validator, self.take)
+        self._input = LocalisationInput(cart, cart.shared, cart.validator, self.take_correction)
 
     @property
     def used(self) -> Pose | None:
         """The correction in use."""
         return self._choice.used
 
-    def begin(self) -> None:
+    def begin_run(self) -> None:
         """Begin a run: in lockstep each awaits its own correction, and those that wait are of it."""
         if self._mode.forgets_corrections:
             self._choice = Corrections()
-            self._input.forget()
+            self._input.forget_transforms()
 
-    def take(self, stamp: int, correction: Pose) -> None:
+    def take_correction(self, stamp: int, correction: Pose) -> None:
         """Store a correction with its stamp [ns]."""
         self._waiting = sorted([*self._waiting, (self._mode.clock(stamp), correction)])[-_MOST:]
 
-    def missing(self) -> str:
+    def missing_correction(self) -> str:
         """Return why nothing leads from the frame of the path to odometry now; '' if something does."""
-        return self._input.missing(self._cart.parameters.localisation.timeout)
+        return self._input.missing_correction(self._cart.parameters.localisation.timeout)
 
     def _due(self, now: int, at: Pose) -> Pose | None:
         """
@@ -88,7 +88,7 @@ class CartCorrections:
         if now == 0:
             return None
         for since, correction in [one for one in self._waiting if one[0] <= now]:
-            self._choice.note(since, correction, at)
+            self._choice.note_correction(since, correction, at)
         self._waiting = [one for one in self._waiting if one[0] > now]
         return self._choice.due(now, at)
 
@@ -101,7 +101,7 @@ class CartCorrections:
             return
         if course.correction is None:
             course.place(correction, now)
-            cart.time.begin_anew()
+            cart.time.begin_curve()
         elif cart.parameters.curve.curve != PATH:
             course.lead_over(correction, now)
         elif course.can_be_led(now):

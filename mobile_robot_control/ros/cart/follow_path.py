@@ -36,10 +36,10 @@ class NoGoals:
 
     are_served = False
 
-    def begin(self) -> None:
+    def begin_run(self) -> None:
         """Abort nothing."""
 
-    def note(self, answer: PathAnswer) -> None:
+    def note_answer(self, answer: PathAnswer) -> None:
         """Note nothing."""
 
     def step(self, stamp: int) -> None:
@@ -103,12 +103,12 @@ class FollowPath:
             result.error_msg = why
         goal.future.set_result(result)
 
-    def begin(self) -> None:
+    def begin_run(self) -> None:
         """Abort the goal of a run that is over."""
         if self._goal is not None and self._goal.is_driven:
             self._end('UNKNOWN', 'a new run begins')
 
-    def note(self, answer: PathAnswer) -> None:
+    def note_answer(self, answer: PathAnswer) -> None:
         """Note the cart's answer to a path or a goal, of this action or of others."""
         goal = self._goal
         if goal is None or answer.correction is not None or goal.is_stopping:

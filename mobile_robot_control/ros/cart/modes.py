@@ -31,21 +31,21 @@ class LockstepCart(LockstepMode):
         """Return what plans paths."""
         return LockstepPaths(cart.course, cart.position_period, cart.reached)
 
-    def listen(self, cart: Any) -> None:
+    def listen(self, cart: object) -> None:
         """Listen to nothing else: there is no robot to stop."""
 
     def clock(self, stamp: int) -> int:
         """Return the time of a message or a step with a stamp [ns]."""
         return stamp
 
-    def waits_for_a_run(self, changed: Mapping[str, Any]) -> bool:
+    def waits_for_a_run(self, changed: Mapping[str, object]) -> bool:
         """Return whether changed parameters act from the next run on."""
         return set(changed) != {PERIOD}
 
-    def end_stop(self, _cart: Any) -> None:
+    def end_stop(self, _cart: object) -> None:
         """Leave a stop to its course, whose time goes on."""
 
-    def is_deaf(self, _cart: Any) -> bool:
+    def is_deaf(self, _cart: object) -> bool:
         """Return whether odometry is silent: a step answers one."""
         return False
 
@@ -61,7 +61,7 @@ class WallClockCart(WallClockMode):
         if waiting.wait:
             return CartWait(
                 cart, cart.robot_clock, cart.monitor, waiting.wait_distance, 1.0 / shared.position_rate,
-                cart.course.reference, shared.reference_horizon, lambda: cart.corrections.missing())  # noqa: PLW0108 (made later)
+                cart.course.reference, shared.reference_horizon, lambda: cart.corrections.missing_correction())  # noqa: PLW0108 (made later)
         return WallClockTime(cart.course, cart.robot_clock.now)
 
     def make_planning(self, cart: Any) -> WallClockPaths:
@@ -79,7 +79,7 @@ class WallClockCart(WallClockMode):
         """Return the time of a message or a step, its receipt [ns]."""
         return time.monotonic_ns()
 
-    def waits_for_a_run(self, _changed: Mapping[str, Any]) -> bool:
+    def waits_for_a_run(self, _changed: Mapping[str, object]) -> bool:
         """Return whether changed parameters act from the next run on."""
         return False
 

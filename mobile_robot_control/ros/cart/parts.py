@@ -13,7 +13,7 @@ from mobile_robot_control.settings.shared import Shared
 class Part(Protocol):
     """Leads the cart from a tick on."""
 
-    def begin(self) -> None:
+    def begin_run(self) -> None:
         """Begin a run on the course of the parameters."""
 
     def step(self, stamp: int) -> None:

@@ -47,9 +47,9 @@ class PathFollowing:
         self.drop, self.correct, self.plans, self.close = (
             planning.drop, planning.correct, planning.plans, planning.close)
 
-    def begin(self) -> None:
+    def begin_run(self) -> None:
         """Begin without a path."""
-        self._planning.begin()
+        self._planning.begin_run()
         self._heard = None
 
     def receive(self, message: bytes, topic: str = PATH_TOPIC) -> str:
@@ -78,9 +78,9 @@ class PathFollowing:
     def _take(self, due: Due) -> None:
         """Continue along a path, or stop if it is refused."""
         cart, answer = self._cart, due.answer
-        cart.goals.note(answer)
+        cart.goals.note_answer(answer)
         if answer.correction is not None:
-            cart.course.take(answer, due.begins)
+            cart.course.take_answer(answer, due.begins)
             cart.corrections.note_led(answer.correction)
             return
         if not (answer.refusal or answer.points) and answer.goes_on:
@@ -92,7 +92,7 @@ class PathFollowing:
         if not answer.goes_on:
             self._taken = answer
             if not answer.stops:
-                cart.course.take(answer, due.begins)
+                cart.course.take_answer(answer, due.begins)
             elif cart.robot.is_stopped:
                 # nothing is left to drive after the release
                 cart.course.stand(cart.pose, due.begins)

@@ -10,7 +10,7 @@ from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Pose, Reference
 from mobile_robot_control.reference.joining import join
 from mobile_robot_control.reference.led_course import led_over, waypoints_in_odometry
-from mobile_robot_control.reference.motion import Motion, Rest
+from mobile_robot_control.reference.motion import PathMotion, Rest
 from mobile_robot_control.reference.path_parameters import PathRequest
 from mobile_robot_control.reference.stopping import moves, stop
 from mobile_robot_control.reference.way_to_goal import drive_to
@@ -36,7 +36,7 @@ class PathQuestion(NamedTuple):
         Of the frame of odometry in that of the path.
     at : Reference
         Pose and motion of the cart at the start of the path.
-    course : Motion or None
+    course : PathMotion or None
         Its course then; None if it stands.
     time : float
         Since the start of that course [s].
@@ -52,7 +52,7 @@ class PathQuestion(NamedTuple):
     request: PathRequest
     correction: Pose
     at: Reference
-    course: Motion | None
+    course: PathMotion | None
     time: float
     anew: bool = False
     topic: str = PATH_TOPIC
@@ -64,7 +64,7 @@ class PathAnswer(NamedTuple):
 
     Attributes
     ----------
-    planned : Motion or None
+    planned : PathMotion or None
         None if it stands.
     points : list of tuple of float
         Positions of the message [m], with headings [rad] if `path` uses them; of a goal the pose; none for a stop, or a
@@ -86,7 +86,7 @@ class PathAnswer(NamedTuple):
 
     """
 
-    planned: Motion | None
+    planned: PathMotion | None
     points: list[tuple[float, ...]]
     refusal: tuple[str, ...] = ()
     goes_on: bool = False
@@ -119,7 +119,7 @@ def _corrected(question: PathQuestion) -> PathAnswer:
         planned, _ = led_over(course, request, question.correction, question.time, course)
     except ParameterError:
         return PathAnswer(None, [], goes_on=True, route=request)
-    assert isinstance(planned, Motion)  # noqa: S101 (for mypy: of a path)
+    assert isinstance(planned, PathMotion)  # noqa: S101 (for mypy: of a path)
     return PathAnswer(planned, [], route=request, correction=question.correction)
 
 

@@ -45,7 +45,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
 
     modes = {True: LockstepCart, False: WallClockCart}  # noqa: RUF012 (nothing changes it)
 
-    def __init__(self, replaced: Mapping[str, Any] = MappingProxyType({})) -> None:
+    def __init__(self, replaced: Mapping[str, object] = MappingProxyType({})) -> None:
         super().__init__('reference_cart', ReferenceCartParameters, replaced)
         shared, mode = self.shared, self._mode
         self.pose = Pose(0.0, 0.0, 0.0)
@@ -86,7 +86,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         """Show values in the diagnostics."""
         self.diagnostics.more |= values
 
-    def _waits_for_a_run(self, changed: Mapping[str, Any]) -> bool:
+    def _waits_for_a_run(self, changed: Mapping[str, object]) -> bool:
         return bool(self._mode.waits_for_a_run(changed))
 
     def _refusals(self, values: ReferenceCartParameters) -> Iterable[str]:
@@ -113,17 +113,17 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         """Begin on the curve of the parameters; a waiting cart, at its start."""
         is_new = self.course.is_new(self.parameters)
         self._place()
-        self.goals.begin()
+        self.goals.begin_run()
         if is_new:
             self.publish_path()
-            self.time.begin_anew()
+            self.time.begin_curve()
 
     def _place(self) -> None:
         """Place the cart at the start of its course."""
-        self.robot.begin()
-        self.corrections.begin()
-        self.course.begin(self.parameters, self.pose, self.corrections.used)
-        self.paths.begin()
+        self.robot.begin_run()
+        self.corrections.begin_run()
+        self.course.begin_course(self.parameters, self.pose, self.corrections.used)
+        self.paths.begin_run()
 
     def note_step(self, stamp: int) -> None:
         """Note a step, after its outputs are published, and report what acts from there on."""
@@ -131,7 +131,7 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
         for part in self._parts:
             part.report(stamp)
 
-    def begin(self, inputs: Inputs, joins: bool) -> None:
+    def begin_run(self, inputs: Inputs, joins: bool) -> None:
         """Begin at the start of the curve; in a joined run, at the place of the stamp."""
         self.pose = inputs.value('odom')[0]
         # a cart that awaits its path stands at the robot, even in a joined run
@@ -153,17 +153,17 @@ class ReferenceCart(LoopNode[ReferenceCartParameters]):
     def receive(self, _topic: str, _stamp: int, value: Any) -> Any:
         """Receive the robot's pose."""
         pose, velocity = value
-        jump = self.robot.note(self.robot_clock.now(), pose, velocity)
+        jump = self.robot.note_odometry(self.robot_clock.now(), pose, velocity)
         self.pose = pose
-        self.time.note(pose)
+        self.time.note_pose(pose)
         if jump:
             self.robot.lose(jump)
         return value
 
-    def forget(self) -> None:
+    def forget_run(self) -> None:
         """Start again with the next odometry."""
         self._place()
-        self.time.forget()
+        self.time.forget_run()
 
     def _condition(self) -> Condition | None:
         if self.robot.lost:

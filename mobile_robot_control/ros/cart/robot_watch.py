@@ -39,7 +39,7 @@ class RobotWatch:
         self.is_stopped, self.lost, self._has_moved = False, '', False
         self._heard, self._pose, self._velocity = -math.inf, Pose(0.0, 0.0, 0.0), BodyVelocity(0.0, 0.0)
 
-    def begin(self) -> None:
+    def begin_run(self) -> None:
         """Begin a run of a robot that knows where it is."""
         self.lost, self._has_moved = '', False
 
@@ -58,7 +58,7 @@ class RobotWatch:
             self._stand()
             self.lost = ''
 
-    def note(self, now: float, pose: Pose, velocity: BodyVelocity) -> str:
+    def note_odometry(self, now: float, pose: Pose, velocity: BodyVelocity) -> str:
         """
         Receive odometry; return a jump in words, '' without one.
 

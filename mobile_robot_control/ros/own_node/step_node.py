@@ -56,7 +56,7 @@ class StepNode(LoopNode[Any]):
     def _writer(self, topic: str) -> Any:
         return writer(self._own.outputs[topic], self.shared)
 
-    def begin(self, _inputs: Inputs, _joins: bool) -> None:
+    def begin_run(self, _inputs: Inputs, _joins: bool) -> None:
         """Begin with the initial state."""
         self._state = self._own.start
 

@@ -22,7 +22,7 @@ _MOST = 1000
 """Most pushes that wait for their steps."""
 
 
-class Grid(StampPolicy):
+class GridStamps(StampPolicy):
     """Accepts every stamp of the velocity grid, in lockstep, and stamp 0, which stands for the next step."""
 
     def __init__(self, period: int) -> None:
@@ -37,7 +37,7 @@ class Grid(StampPolicy):
         return RefusedMessageError('stamp not on the grid', f'{stamp / 1e9} s; the period is {self._period / 1e9} s, '
                                    'and stamp 0 means the next step')
 
-    def forget(self) -> bool:
+    def leave_run(self) -> bool:
         """Do nothing: there is no run to leave."""
         return False
 
@@ -70,7 +70,7 @@ class DisturbanceInput:
     ----------
     node : Node
         The plant.
-    policy : Grid or Now
+    policy : GridStamps or Now
         For stamps.
     frame : str
         Of pushes.
@@ -89,7 +89,7 @@ class DisturbanceInput:
     """
 
     def __init__(
-        self, node: Node, policy: Grid | Now, frame: str, validator: InputValidator, events: RunEvents,
+        self, node: Node, policy: GridStamps | Now, frame: str, validator: InputValidator, events: RunEvents,
         takes_velocity: bool,
     ) -> None:
         self._node, self._validator, self._events, self._takes_velocity = node, validator, events, takes_velocity
@@ -100,7 +100,7 @@ class DisturbanceInput:
         self.waiting: dict[int, Push] = {}
         node.create_subscription(WrenchStamped, DISTURBANCE, self._on_disturbance, SUBSCRIBED, raw=True)
 
-    def take(self, k: int, stamp: int) -> Push | None:
+    def take_push(self, k: int, stamp: int) -> Push | None:
         """Return the push of the k-th step, including late ones, at a stamp [ns]; None if there is none."""
         pushes = [self.waiting.pop(step) for step in sorted(self.waiting) if step <= k]
         if not pushes:

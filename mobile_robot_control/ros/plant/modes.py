@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from mobile_robot_control.quantities import period_nanoseconds
-from mobile_robot_control.ros.plant.disturbance_input import Grid, Now
+from mobile_robot_control.ros.plant.disturbance_input import GridStamps, Now
 from mobile_robot_control.ros.plant.questions import LockstepRunControl, QuestionDriver, RunControl
 from mobile_robot_control.ros.shared.modes import LockstepMode, WallClockMode
 from mobile_robot_control.ros.shared.peers import StallDetector
@@ -35,11 +35,11 @@ class LockstepPlant(LockstepMode):
         driver = QuestionDriver(node, node, command.period, node.control, stalls, node.parameters.real_time_factor)
         return driver, driver.pace
 
-    def disturbance_policy(self, node: Any) -> Grid:
+    def disturbance_policy(self, node: Any) -> GridStamps:
         """Return the policy for the stamps of pushes."""
-        return Grid(period_nanoseconds(node.shared.velocity_rate))
+        return GridStamps(period_nanoseconds(node.shared.velocity_rate))
 
-    def begin(self, driver: QuestionDriver) -> None:
+    def start_driver(self, driver: QuestionDriver) -> None:
         """Ask the first question."""
         driver.ask()
 
@@ -57,7 +57,7 @@ class WallClockPlant(WallClockMode):
         """Return the policy for the stamps of pushes."""
         return Now(node.get_clock(), node.shared.stamp_tolerance)
 
-    def begin(self, driver: Any) -> None:
+    def start_driver(self, driver: object) -> None:
         """Wait for the first tick."""
 
     def stamp(self, node: Any) -> int:

@@ -183,7 +183,7 @@ class Plant(LoopNode[PlantParameters]):
         self._steps = round(self.parameters.duration * shared.velocity_rate)
         self._robot = SimulatedRobot(self.parameters)
         self._plant_publishers = PlantPublishers(self, self.parameters, self._robot, self._publish_on)
-        self.control = self._mode.run_control(self.parameters, lambda: self.now, self._go_on, self.begin_anew)
+        self.control = self._mode.run_control(self.parameters, lambda: self.now, self._go_on, self.begin_new_run)
         self._nothing = BodyVelocity(0.0, 0.0) if self._robot.takes_velocity else WheelTorque(0.0, 0.0)
         timeout, period = ((_command_timeout, self.position_period) if self._robot.takes_velocity
                            else (_torque_timeout, self._period))
@@ -194,7 +194,7 @@ class Plant(LoopNode[PlantParameters]):
                                               self.validator, self.events, self._robot.takes_velocity)
         self.create_service(Trigger, '~/reset', lambda _, response: _answer(response, self.control.reset()))
         self.create_service(Trigger, '~/step', lambda _, response: _answer(response, self.control.step()))
-        self._mode.begin(self._driver)
+        self._mode.start_driver(self._driver)
         self._start()
 
     def _loop_graph(self) -> LoopGraph:
@@ -230,10 +230,10 @@ class Plant(LoopNode[PlantParameters]):
     def _go_on(self) -> None:
         self._driver.go_on()
 
-    def begin_anew(self) -> None:
+    def begin_new_run(self) -> None:
         """Begin a new run: the robot at rest at its initial pose and, in lockstep, simulated time at 0."""
         ended, pose = self._mode.stamp(self) + self._period, self.parameters.initial_pose
-        self._robot.begin(pose)
+        self._robot.begin_at(pose)
         self._disturbances.waiting.clear()  # they belong to the previous run
         self._driver.restart()
         self.events.publish(ended, {'reset': pose})
@@ -248,7 +248,9 @@ class Plant(LoopNode[PlantParameters]):
         if not self._has_run:
             self.note_run(StampDecision.START)
         request = inputs.value(self._command)
-        push = self._disturbances.take(self._robot.k, self._mode.stamp(self)) if self._disturbances.waiting else None
+        push = None
+        if self._disturbances.waiting:
+            push = self._disturbances.take_push(self._robot.k, self._mode.stamp(self))
         self._saturated = self._robot.step(self._nothing if request is None else request, push)
         if self._robot.diverged:
             self.get_logger().fatal(f'the motion diverged at t = {self.now / 1e9:g} s: {self._robot.where}; '

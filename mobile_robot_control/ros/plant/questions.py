@@ -32,16 +32,16 @@ class RunControl:
         Returns the simulated time [ns].
     go_on : callable
         Called when a held run may move.
-    begin_anew : callable
+    begin_new_run : callable
         Begins a new run at once.
 
     """
 
     def __init__(
         self, values: PlantParameters, now: Callable[[], int], go_on: Callable[[], None],
-        begin_anew: Callable[[], None],
+        begin_new_run: Callable[[], None],
     ) -> None:
-        self._values, self._now, self._go_on, self._begin_anew = values, now, go_on, begin_anew
+        self._values, self._now, self._go_on, self._begin_new_run = values, now, go_on, begin_new_run
         self._hold_at = round(values.hold_at * 1e9)
 
     @property
@@ -58,7 +58,7 @@ class RunControl:
 
     def reset(self) -> tuple[bool, str]:
         """Begin a new run at once; return whether that succeeded, with a text."""
-        self._begin_anew()
+        self._begin_new_run()
         return True, f'the robot stands at {self._pose()}; on the wall clock the other nodes go on as they are'
 
     def step(self) -> tuple[bool, str]:
@@ -74,9 +74,9 @@ class LockstepRunControl(RunControl):
 
     def __init__(
         self, values: PlantParameters, now: Callable[[], int], go_on: Callable[[], None],
-        begin_anew: Callable[[], None],
+        begin_new_run: Callable[[], None],
     ) -> None:
-        super().__init__(values, now, go_on, begin_anew)
+        super().__init__(values, now, go_on, begin_new_run)
         self._period = period_nanoseconds(values.shared.position_rate)
         self._goal = 0
         self._reset_asked = False
@@ -241,7 +241,7 @@ class QuestionedPlant(Protocol):
     def publish_wheels(self) -> None:
         """Publish `joint_states` that are no question."""
 
-    def begin_anew(self) -> None:
+    def begin_new_run(self) -> None:
         """Begin a new run at 0."""
 
     def note_step(self, stamp: int) -> None:
@@ -320,13 +320,13 @@ class QuestionDriver:
     def close(self) -> None:
         """Publish nothing: a last zero would be mistaken for an answer."""
 
-    def take(self, topic: str, message: ValidInput) -> None:
+    def take_input(self, topic: str, message: ValidInput) -> None:
         """Receive an answer: the first one to the present question moves the plant, unless it is held."""
         if message.decision is not StampDecision.STEP or self._control.held:
             return
         plant = self._plant
         if self._control.begins_anew():
-            plant.begin_anew()
+            plant.begin_new_run()
             return
         inputs = Inputs(message.stamp, {topic: (message.stamp, message.value)}, _no_age)
         while not plant.is_over:

@@ -45,9 +45,9 @@ class SimulatedRobot:
         self.takes_velocity = form.takes_velocity
         self._step, self._sensing = robot_step(form), sensing(form)
         self._constants = robot_constants(shared.robot, self._model, self._grid, 1.0 / shared.velocity_rate)
-        self.begin(values.initial_pose)
+        self.begin_at(values.initial_pose)
 
-    def begin(self, initial_pose: tuple[float, ...]) -> None:
+    def begin_at(self, initial_pose: tuple[float, ...]) -> None:
         """Begin a run at rest at a pose [m], [m], [rad]."""
         self.k = 0
         self._start = Pose(*initial_pose)

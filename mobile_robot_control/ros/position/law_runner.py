@@ -41,13 +41,13 @@ class LawRunner:
 
     def __init__(self, node: Node, control: PositionControl, dt: float, note_failure: Callable[[], None]) -> None:
         self._node, self._dt, self._note_failure = node, dt, note_failure
-        self._running = bumpless_transfer.begin(control, dt, under_way=False)
+        self._running = bumpless_transfer.begin_law(control, dt, under_way=False)
         self._approach = Approach()
         self.failure = ''
 
-    def begin(self, control: PositionControl, under_way: bool) -> None:
+    def begin_law(self, control: PositionControl, under_way: bool) -> None:
         """Begin a run, or join one under way; a failed law stays stopped."""
-        self._running = bumpless_transfer.begin(control, self._dt, under_way)
+        self._running = bumpless_transfer.begin_law(control, self._dt, under_way)
 
     def change(self, control: PositionControl) -> None:
         """Apply changed parameters from the next step on; a failed law starts again."""

@@ -21,11 +21,11 @@ class LockstepPosition(LockstepMode):
         """Return what measures the age of odometry."""
         return OdomAge(shared)
 
-    def make_guard(self, node: Any, law: LawRunner) -> LockstepGuard:
+    def make_guard(self, node: object, law: LawRunner) -> LockstepGuard:
         """Return the guard between law and robot."""
         return LockstepGuard(node, law)
 
-    def watch_corrections(self, _node: Any, _guard: LockstepGuard) -> None:
+    def watch_corrections(self, _node: object, _guard: LockstepGuard) -> None:
         """Leave corrections to the cart."""
 
 

@@ -36,11 +36,11 @@ class OdomAge:
         self._held, self._sampled = NO_ODOMETRY, 0
         self._told: int | None = None
 
-    def begin(self) -> None:
+    def begin_run(self) -> None:
         """Begin a run, or join one."""
         self._held = NO_ODOMETRY
 
-    def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> None:
+    def note_odometry(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> None:
         """Receive odometry with its stamp [ns]."""
         self._held = held_odometry(self._held, pose, velocity)
         if self._held.steps == 0:
@@ -57,7 +57,7 @@ class OdomAge:
 
     def note_step(self, stamp: int, pose: Pose, velocity: BodyVelocity, told: int | None) -> None:
         """Receive the odometry of a step, and the time [ns] of its sampling if known."""
-        self.note(stamp, pose, velocity)
+        self.note_odometry(stamp, pose, velocity)
         self._told = told
 
     def present(self, reference: Reference, _age: int) -> Reference:
@@ -145,11 +145,11 @@ class OdomConflict:
         """Whether there is a conflict now."""
         return self._clock.now() < self._until
 
-    def begin(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> None:
+    def begin_after_silence(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> None:
         """Begin with odometry after a silence, before which a publisher may have been killed."""
         self._last = stamp, pose, velocity
 
-    def note(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> None:
+    def note_odometry(self, stamp: int, pose: Pose, velocity: BodyVelocity) -> None:
         """Receive odometry with its stamp [ns]."""
         last, self._last = self._last, (stamp, pose, velocity)
         if last is not None and contradicts(stamp, pose, velocity, last) and self._watch.publishers('odom') > 1:
@@ -229,7 +229,7 @@ class OdomTwist:
         self.problem = ''
         self.jump: tuple[float, float] | tuple[()] = ()
 
-    def note(
+    def note_odometry(
         self, stamp: int, pose: Pose, velocity: BodyVelocity, command: BodyVelocity = _STANDS,
         timeout: float = 0.0,
     ) -> BodyVelocity:
@@ -266,7 +266,7 @@ class OdomTwist:
             self._compare()
         return self._by_poses() if self.problem else velocity
 
-    def forget(self) -> None:
+    def forget_odometry(self) -> None:
         """Forget the odometry so far."""
         self._taken.clear()
 

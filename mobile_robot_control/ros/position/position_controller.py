@@ -19,7 +19,7 @@ from mobile_robot_control.ros.shared.diagnostics import LAW_FAILED, Condition
 from mobile_robot_control.ros.shared.lockstep import Outputs
 from mobile_robot_control.ros.shared.loop_node import LoopNode
 from mobile_robot_control.ros.shared.stamp_policy import Input, Inputs
-from mobile_robot_control.settings.nodes import PositionControllerParameters, counted_twice
+from mobile_robot_control.settings.nodes import PositionControllerParameters, latency_cautions
 from mobile_robot_control.topics import LAW_FILE
 
 _STANDS: Outputs = {'cmd_accel': NO_ACCELERATION, 'cmd_vel': BodyVelocity(0.0, 0.0)}
@@ -50,7 +50,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
             shared.position_rate)
         self._mode.watch_corrections(self, self._guard)
         self.monitor.latencies['odom'] = self.parameters.odom_latency
-        for text in counted_twice(self.parameters):
+        for text in latency_cautions(self.parameters):
             self.get_logger().warning(text)
         self._start()
 
@@ -79,17 +79,17 @@ class PositionController(LoopNode[PositionControllerParameters]):
             self.get_logger().error(f'{error}; the law goes on as it was')
             return
         if read:
-            self.events.note({LAW_FILE: ', '.join(f'{name} {checksum}' for name, checksum in read.items())})
+            self.events.note_changes({LAW_FILE: ', '.join(f'{name} {checksum}' for name, checksum in read.items())})
             self._change(values, waits=False)
 
-    def begin(self, inputs: Inputs, joins: bool) -> None:
+    def begin_run(self, inputs: Inputs, joins: bool) -> None:
         """Begin the law; a law that failed in another run starts again."""
         self._law.failure = ''
-        self._law.begin(self.parameters.control, under_way=joins)
+        self._law.begin_law(self.parameters.control, under_way=joins)
         if not joins:
             self._guard.check_start(
                 self.parameters, inputs.value('odom')[0], Reference(*inputs.value('reference')))
-        self._age.begin()
+        self._age.begin_run()
 
     def step(self, inputs: Inputs, _dt: float) -> Outputs:
         """Return command, acceleration and tracking error."""
@@ -127,8 +127,8 @@ class PositionController(LoopNode[PositionControllerParameters]):
         if topic != 'odom':
             return value
         pose, velocity = value
-        self._age.note(stamp, pose, velocity)
-        return pose, self._guard.note(stamp, pose, velocity, self.parameters, self._drives)
+        self._age.note_odometry(stamp, pose, velocity)
+        return pose, self._guard.note_odometry(stamp, pose, velocity, self.parameters, self._drives)
 
     def is_held(self) -> bool:
         """Return whether the robot is stopped."""
@@ -136,7 +136,7 @@ class PositionController(LoopNode[PositionControllerParameters]):
 
     def resume(self) -> None:
         """Start the law again after a stand of the robot."""
-        self._law.begin(self.parameters.control, under_way=True)
+        self._law.begin_law(self.parameters.control, under_way=True)
 
     def rest(self) -> Outputs:
         """Return a command that stops the robot, if it is this node's to command."""
@@ -145,10 +145,10 @@ class PositionController(LoopNode[PositionControllerParameters]):
         self._drives = False
         return {} if self._guard.is_aside else _STANDS
 
-    def forget(self) -> None:
+    def forget_run(self) -> None:
         """Forget the ages and the conflict of a run after a jump back of simulated time."""
-        self._age.begin()
-        self._guard.forget()
+        self._age.begin_run()
+        self._guard.forget_run()
 
     def _tell(self) -> None:
         self.diagnostics.publish_now()

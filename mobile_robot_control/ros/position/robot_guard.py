@@ -72,7 +72,7 @@ class LockstepGuard:
         self._node, self._law = node, law
         refuse_to_stop(node)
 
-    def note(
+    def note_odometry(
         self, _stamp: int, _pose: Pose, velocity: BodyVelocity, _values: PositionControllerParameters, _drives: bool
     ) -> BodyVelocity:
         """Receive odometry; return the velocity of the robot."""
@@ -99,7 +99,7 @@ class LockstepGuard:
     def condition(self, _values: PositionControllerParameters, _problems: list[str], _drives: bool) -> None:
         """Return None: no robot stands."""
 
-    def forget(self) -> None:
+    def forget_run(self) -> None:
         """Keep what there is: simulated time never jumps."""
 
 
@@ -155,20 +155,20 @@ class RobotGuard:
         """Whether another node of this name drives the robot, whose commands zeros would halve."""
         return bool(self._others.reason and not self._stop.reason)
 
-    def note(
+    def note_odometry(
         self, stamp: int, pose: Pose, velocity: BodyVelocity, values: PositionControllerParameters, drives: bool
     ) -> BodyVelocity:
         """Receive odometry; return the velocity of the robot, from its poses if they contradict the twist."""
         before, last, self._pose, self._stamp, self._unheard = self._pose, self._stamp, pose, stamp, 0
-        used = self._twist.note(stamp, pose, velocity, self._command, values.input_timeout)
+        used = self._twist.note_odometry(stamp, pose, velocity, self._command, values.input_timeout)
         silence = (stamp - last) / NANOSECONDS
         if self._twist.jump and silence > SILENCE:
             # a base that was killed is a second publisher until DDS misses it
-            self._conflict.begin(stamp, pose, velocity)
+            self._conflict.begin_after_silence(stamp, pose, velocity)
         else:
-            self._conflict.note(stamp, pose, velocity)
+            self._conflict.note_odometry(stamp, pose, velocity)
             if self._conflict.present:
-                self._twist.forget()  # the poses of several publishers are no jumps of one
+                self._twist.forget_odometry()  # the poses of several publishers are no jumps of one
                 return velocity
         self._opposition = self._opposition.after(
             self._command if drives else _ZERO, before, pose, velocity, silence,
@@ -223,7 +223,7 @@ class RobotGuard:
             self._node.get_logger().error(f'the robot stands: {self._far}')
         elif before and not self._far:
             self._node.get_logger().info('the reference is near: the robot drives')
-            self._law.begin(values.control, under_way=True)
+            self._law.begin_law(values.control, under_way=True)
         return bool(self._far)
 
     def _where(self, cart: Pose, apart: float, values: PositionControllerParameters) -> str:
@@ -286,10 +286,10 @@ class RobotGuard:
             return Condition(DiagnosticStatus.WARN, 'running', detail='; '.join([self._twist.problem, *problems]))
         return None
 
-    def forget(self) -> None:
+    def forget_run(self) -> None:
         """Forget a run after a jump back of simulated time; a stop stays."""
         self._conflict = self._make_conflict()
-        self._twist.forget()
+        self._twist.forget_odometry()
 
 
 def _is_far(apart: float, values: PositionControllerParameters) -> bool:

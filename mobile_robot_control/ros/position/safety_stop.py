@@ -171,7 +171,7 @@ class SafetyStop:
         self._node.get_logger().error(fault)
         return fault
 
-    def _on_stop(self, _request: Any, response: Any) -> Any:
+    def _on_stop(self, _request: object, response: object) -> Any:
         return self._answer(response, self.reason or _BY_REQUEST)
 
     def _on_release(self, _request: Any, response: Any) -> Any:

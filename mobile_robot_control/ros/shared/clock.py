@@ -54,7 +54,7 @@ class RobotClock(SteadyClock):
     ----------
     node : Node
         Node with the parameter `use_sim_time`.
-    begin_anew : callable
+    after_jump_back : callable
         Called after a jump back of simulated time.
 
     Attributes
@@ -64,9 +64,9 @@ class RobotClock(SteadyClock):
 
     """
 
-    def __init__(self, node: Node, begin_anew: Callable[[], None]) -> None:
+    def __init__(self, node: Node, after_jump_back: Callable[[], None]) -> None:
         super().__init__(node)
-        self._begin_anew = begin_anew
+        self._after_jump_back = after_jump_back
         self._tick: Callable[[], None] | None = None
         self._stands = False
         self.is_simulated = bool(node.get_parameter('use_sim_time').value)
@@ -104,7 +104,7 @@ class RobotClock(SteadyClock):
     def _on_clock(self, jump: TimeJump) -> None:
         self._heard = time.monotonic()
         if jump.delta.nanoseconds < 0:
-            self._begin_anew()
+            self._after_jump_back()
         if self._tick is not None:
             self._tick()
 

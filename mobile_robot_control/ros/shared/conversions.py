@@ -14,7 +14,7 @@ from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import ALL_LOOP_TOPICS, PLAIN_TWIST
 
 
-def bytes_reader(kind: str, *steps: Callable[[Any], Any]) -> Callable[[bytes], Any]:
+def bytes_reader(kind: str, *steps: Callable[[Any], object]) -> Callable[[bytes], Any]:
     """
     Return a function that reads a message from its bytes, without an rclpy object.
 

@@ -139,7 +139,7 @@ class Diagnostics:
         override = self._override()
         if override is not None:
             return override
-        missing = self._monitor.missing()
+        missing = self._monitor.missing_inputs()
         if not self._ever_stepped:
             return Condition(DiagnosticStatus.STALE, 'waiting', missing, '; '.join(self._validator.newest()))
         if self._stopped:

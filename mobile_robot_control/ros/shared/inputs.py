@@ -106,11 +106,11 @@ class InputMonitor:
         """List problems of time and stamps, in words."""
         return [*self._clock.problems(), *self._ill_timed.values()]
 
-    def forget(self) -> None:
+    def forget_inputs(self) -> None:
         """Forget the inputs of the previous run."""
         self._taken_at = dict.fromkeys(self.sources, -math.inf)
 
-    def missing(self) -> list[str]:
+    def missing_inputs(self) -> list[str]:
         """List the nodes without any message, or without one for the timeout."""
         return list(dict.fromkeys(source for topic, source in self.sources.items()
                                   if topic not in self._received or self._is_silent(topic)))
@@ -182,7 +182,7 @@ class InputValidator:
         self._newest: dict[str, tuple[float, str]] = {}
 
     def validate(
-        self, topic: str, message: bytes, read: Callable[[bytes], Any], policy: StampPolicy
+        self, topic: str, message: bytes, read: Callable[[bytes], object], policy: StampPolicy
     ) -> ValidInput | None:
         """
         Accept or refuse a message.
@@ -233,14 +233,15 @@ class InputValidator:
         """Leave the policy's run; return the new meaning of a refused stamp, or raise its refusal."""
         # when a plant repeats a refused stamp, a run other than the node's own is under way
         refusal = policy.refusal(stamp)
-        decision = policy.decide(stamp) if policy.forget() else StampDecision.REFUSED
+        decision = policy.decide(stamp) if policy.leave_run() else StampDecision.REFUSED
         if decision is StampDecision.REFUSED:
             raise refusal
         del self._refused_stamps[topic]
         return decision
 
     def _compare(
-        self, topic: str, stamp: int, message: bytes, value: Any, read: Callable[[bytes], Any], decision: StampDecision
+        self, topic: str, stamp: int, message: bytes, value: object, read: Callable[[bytes], object],
+        decision: StampDecision,
     ) -> None:
         """Count a message that differs from the first of its stamp; stamp 0 may be of another run."""
         # it is not refused: a restarted node may answer differently, and the run must continue
@@ -260,7 +261,7 @@ class InputValidator:
             'other numbers for a stamp', f'stamp {stamp / 1e9} s, which was taken before, published by {names}: there '
             'is a second publisher, or one that does not repeat its message byte by byte (docs/lockstep.md)'))
 
-    def read(self, topic: str, message: bytes, read: Callable[[bytes], Any]) -> Any:
+    def read(self, topic: str, message: bytes, read: Callable[[bytes], object]) -> Any:
         """Return the content of a message without a stamp; None for a refused message."""
         try:
             return read(message)

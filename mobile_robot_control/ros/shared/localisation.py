@@ -47,7 +47,7 @@ class Frames:
         self._links: dict[str, Link] = {}
         self._static: set[str] = set()
 
-    def take(self, links: list[Link], static: bool = False) -> bool:
+    def take_transforms(self, links: list[Link], static: bool = False) -> bool:
         """
         Take transforms; return whether one of them leads from the outer to the inner frame.
 
@@ -67,7 +67,7 @@ class Frames:
                 self._static.add(link.child)
         return bool({link.child for link in links} & {link.child for link in self._chain()})
 
-    def forget(self) -> None:
+    def forget_transforms(self) -> None:
         """Forget the transforms of /tf."""
         self._links = {child: link for child, link in self._links.items() if child in self._static}
 
@@ -93,7 +93,7 @@ class Frames:
             pose = composed(link.pose, pose)
         return max((link.stamp for link in chain if link.child not in self._static), default=0), pose
 
-    def missing(self) -> str:
+    def missing_transform(self) -> str:
         """Return what is missing between the frames, in words; '' if nothing is."""
         if self._chain():
             return ''
@@ -142,16 +142,16 @@ class LocalisationInput:
         for topic, quality in (('/tf', _TF), ('/tf_static', _STATIC)):
             node.create_subscription(kind, topic, partial(self._receive, topic), quality, raw=True)
 
-    def forget(self) -> None:
+    def forget_transforms(self) -> None:
         """Forget all moving transforms, whose stamps begin again."""
-        self._frames.forget()
+        self._frames.forget_transforms()
         self._tell()
 
     def _tell(self) -> None:
         correction = self._frames.correction()
         if correction is not None:
             self.heard = time.monotonic()
-            if self._swings.note(correction[1]):
+            if self._swings.note_correction(correction[1]):
                 self._validator.note_refusal('/tf', RefusedMessageError(
                     'two corrections in turn', f'{self._shared.path_frame_id} -> {self._shared.odom_frame_id} jumps to '
                     'and fro between two values: do two nodes publish it? End one of them'))
@@ -166,7 +166,7 @@ class LocalisationInput:
             links = read_or_refuse(kind, (partial(deserialise, kind), _listed, read_transforms), message)
             if not self._shared.lockstep:
                 links = self._timely(topic, links)
-            if self._frames.take(links, topic == '/tf_static'):
+            if self._frames.take_transforms(links, topic == '/tf_static'):
                 self._tell()
         except RefusedMessageError as refusal:
             self._validator.note_refusal(topic, refusal)
@@ -175,7 +175,7 @@ class LocalisationInput:
         """Return the transforms that are not far ahead of the node's clock; forget all after a jump back of that."""
         before, self._now = self._now, self._clock.now().nanoseconds
         if self._now < before:
-            self._frames.forget()
+            self._frames.forget_transforms()
         if topic == '/tf_static' or self._now == 0:  # no message on /clock yet
             return links
         latest = self._now + round(_AHEAD * NANOSECONDS)
@@ -187,15 +187,15 @@ class LocalisationInput:
                     f'node, and {_AHEAD:g} s are the most; do both use the same clock?'))
         return [link for link in links if link.stamp <= latest]
 
-    def missing(self, timeout: float) -> str:
+    def missing_correction(self, timeout: float) -> str:
         """Return why there is no present correction, in words; '' if there is one."""
         if self.heard == float('-inf'):
-            return '; '.join(filter(None, [self._frames.missing(), self.problem]))
+            return '; '.join(filter(None, [self._frames.missing_transform(), self.problem]))
         age = time.monotonic() - self.heard
         return '' if age <= timeout else (
             f'the correction from {self._shared.path_frame_id} to {self._shared.odom_frame_id} is {age:.1f} s old, and '
             f'localisation.timeout is {timeout:g} s')
 
 
-def _listed(message: Any) -> list[Any]:
+def _listed(message: object) -> list[Any]:
     return message if isinstance(message, list) else [message]

@@ -17,7 +17,7 @@ Outputs = Mapping[str, Any]
 class SteppedNode(Protocol):
     """The interface of a node to its driver."""
 
-    def begin(self, inputs: Inputs, joins: bool) -> None:
+    def begin_run(self, inputs: Inputs, joins: bool) -> None:
         """Begin a run with the inputs of its first step, or join one under way."""
 
     def take_changes(self) -> None:
@@ -82,7 +82,7 @@ class LockstepDriver:
     def close(self) -> None:
         """Publish nothing: a last zero would be mistaken for an answer."""
 
-    def take(self, topic: str, message: ValidInput) -> None:
+    def take_input(self, topic: str, message: ValidInput) -> None:
         """Receive a valid message; with the last message of a stamp, step and answer."""
         stamp, decision, value = message
         if stamp == 0 == self._policy.accepted:
@@ -100,7 +100,7 @@ class LockstepDriver:
             self._kept[topic] = stamp, value
             self._answer_question()
 
-    def _take_first_again(self, topic: str, value: Any) -> None:
+    def _take_first_again(self, topic: str, value: object) -> None:
         """Receive a message of stamp 0 after the answer to stamp 0: repeat the answer, or begin a new run."""
         # a plant that was killed at stamp 0 and restarted asks the same stamp again. The answer is repeated only after
         # all inputs have arrived again with the same numbers: other numbers belong to another run. Messages that came
@@ -146,7 +146,7 @@ class LockstepDriver:
         inputs = Inputs(stamp, self._kept, self._age)
         if decision is not StampDecision.STEP:
             self._node.note_run(decision, stamp)
-            self._node.begin(inputs, decision is StampDecision.JOIN)
+            self._node.begin_run(inputs, decision is StampDecision.JOIN)
         self._policy.accept(stamp)
         for period, policy in self._slower:
             policy.accept(stamp - stamp % period)

@@ -80,7 +80,7 @@ class LoopNode(Node, Generic[NodeGroup]):
     _saturated = False
 
     def __init__(
-        self, name: str, group: type[NodeGroup], overrides: Mapping[str, Any] = MappingProxyType({})
+        self, name: str, group: type[NodeGroup], overrides: Mapping[str, object] = MappingProxyType({})
     ) -> None:
         super().__init__(name, start_parameter_services=False)
         self._own_name = name  # whatever it is renamed to
@@ -93,7 +93,7 @@ class LoopNode(Node, Generic[NodeGroup]):
         self._driver: Any = None
         self._pace: OverrunCounter | None = None
         self._mode = self.modes[self.shared.lockstep]()
-        self.robot_clock = self._mode.make_clock(self, self._begin_anew_in_time)
+        self.robot_clock = self._mode.make_clock(self, self._forget_run_in_time)
         self.monitor = InputMonitor(
             self, self._mode.sources(self.loop.inputs_of(name)), self.shared.peer_timeout, self.robot_clock)
         self.validator = InputValidator(self, self.monitor, self.shared.peer_timeout)
@@ -124,7 +124,7 @@ class LoopNode(Node, Generic[NodeGroup]):
 
     def _subscribe(self, topic: str, source: Input) -> None:
         """Subscribe to a loop topic."""
-        validate, take, policy = self.validator.validate, self._driver.take, self._driver.policy(topic)
+        validate, take, policy = self.validator.validate, self._driver.take_input, self._driver.policy(topic)
 
         def receive(message: bytes) -> None:
             valid = validate(topic, message, source.read, policy)
@@ -180,7 +180,7 @@ class LoopNode(Node, Generic[NodeGroup]):
         if topic in self._askers and self._askers[topic] == self.watch.endpoints(topic):
             self.validator.note_other_numbers(topic, 0)
 
-    def begin(self, inputs: Inputs, joins: bool) -> None:
+    def begin_run(self, inputs: Inputs, joins: bool) -> None:
         """Begin a run with the inputs of its first step, or join one under way."""
 
     def take_changes(self) -> None:
@@ -210,7 +210,7 @@ class LoopNode(Node, Generic[NodeGroup]):
 
     # on the wall clock alone
 
-    def receive(self, _topic: str, _stamp: int, value: Any) -> Any:
+    def receive(self, _topic: str, _stamp: int, value: object) -> Any:
         """Receive an input; return its content for the steps."""
         return value
 
@@ -229,13 +229,13 @@ class LoopNode(Node, Generic[NodeGroup]):
         """Note that the robot stands because of silent inputs."""
         self.diagnostics.note_stop(*topics)
 
-    def forget(self) -> None:
+    def forget_run(self) -> None:
         """Forget the states of a run after a jump back of simulated time."""
 
-    def _begin_anew_in_time(self) -> None:
+    def _forget_run_in_time(self) -> None:
         self.get_logger().warning('/clock has jumped back: a new run begins with the next inputs')
-        self.monitor.forget()
-        self._driver.begin_anew()
+        self.monitor.forget_inputs()
+        self._driver.forget_run()
 
     def reached(self) -> int | None:
         """Return the newest simulated time [ns], if there is one."""
@@ -262,13 +262,13 @@ class LoopNode(Node, Generic[NodeGroup]):
         """Return reasons to refuse parameters now."""
         return ()
 
-    def _waits_for_a_run(self, _changed: Mapping[str, Any]) -> bool:
+    def _waits_for_a_run(self, _changed: Mapping[str, object]) -> bool:
         """Return whether changed parameters act from the next run on, and not from the next step."""
         return False
 
-    def _apply(self, values: NodeGroup, changed: Mapping[str, Any]) -> None:
+    def _apply(self, values: NodeGroup, changed: Mapping[str, object]) -> None:
         waits = self._waits_for_a_run(changed)
-        self.events.note(changed, waits)
+        self.events.note_changes(changed, waits)
         self._change(values, waits)
 
     def _change(self, values: NodeGroup, _waits: bool) -> None:

@@ -17,7 +17,7 @@ from mobile_robot_control.ros.shared.wall_clock import FixedRateTimer, WallClock
 from mobile_robot_control.topics import MEASURED_TOPICS, LoopGraph
 
 
-class Mode:
+class NodeMode:
     """What both modes share."""
 
     def awaited(self, sources: Mapping[str, str], _others: Iterable[str]) -> list[str]:
@@ -25,11 +25,11 @@ class Mode:
         return [f'{topic} from {source}' for topic, source in sources.items()]
 
 
-class LockstepMode(Mode):
+class LockstepMode(NodeMode):
     """A node answers the questions of the plant; time is that of their stamps."""
 
-    def make_clock(self, node: Node, _begin_anew: Callable[[], None]) -> SteadyClock:
-        """Return the clock of inputs and timers; `begin_anew` is called after its jump back."""
+    def make_clock(self, node: Node, _after_jump_back: Callable[[], None]) -> SteadyClock:
+        """Return the clock of inputs and timers; `after_jump_back` is called after its jump back."""
         return SteadyClock(node)
 
     def sources(self, inputs: Mapping[str, str]) -> dict[str, str]:
@@ -51,12 +51,12 @@ class LockstepMode(Mode):
         return LockstepDriver(node, inputs, 1.0 / rate, position_period), None
 
 
-class WallClockMode(Mode):
+class WallClockMode(NodeMode):
     """A node steps at its own rate with its newest inputs."""
 
-    def make_clock(self, node: Node, begin_anew: Callable[[], None]) -> SteadyClock:
-        """Return the clock of inputs and timers; `begin_anew` is called after its jump back."""
-        return RobotClock(node, begin_anew)
+    def make_clock(self, node: Node, after_jump_back: Callable[[], None]) -> SteadyClock:
+        """Return the clock of inputs and timers; `after_jump_back` is called after its jump back."""
+        return RobotClock(node, after_jump_back)
 
     def sources(self, inputs: Mapping[str, str]) -> dict[str, str]:
         """Return the inputs whose silence is told; the plant is mostly a robot's driver or another simulator."""

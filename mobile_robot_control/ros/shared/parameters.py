@@ -43,7 +43,7 @@ def _descriptor(declared: Declaration) -> ParameterDescriptor:
     return descriptor
 
 
-def declare(node: Node, group: type[Group], others: Mapping[str, Any] = MappingProxyType({})) -> Group:
+def declare(node: Node, group: type[Group], others: Mapping[str, object] = MappingProxyType({})) -> Group:
     """
     Declare the parameters of a group on a node without parameter services.
 

@@ -227,7 +227,7 @@ class StallDetector:
         if not self._subscriptions:
             self._subscriptions = [subscribe_to(self._node, topic.name, self._listener(topic.name))
                                    for topic in self._chain[:-1]]
-        missing = self.missing(tick)
+        missing = self.blocking_nodes(tick)
         if missing != self._suspect:
             self._suspect, self._suspected_at = missing, silence
         # the answer to a node that has just come back follows a moment later: the next node is not missing
@@ -237,7 +237,7 @@ class StallDetector:
                 f'waiting for {missing} at t = {stamp / 1e9:g} s: no answer for {silence:.1f} s'
             )
 
-    def missing(self, tick: int) -> str:
+    def blocking_nodes(self, tick: int) -> str:
         """Name the nodes, joined with ' and ', that block a run at a position tick [ns]."""
         absent = [topic.publisher for topic in self._chain if self._node.count_publishers(topic.name) == 0]
         # the plant has no answer to the present question, so one node always counts as silent

@@ -48,14 +48,14 @@ def action_class(kind: str) -> Any:
         return None
 
 
-def publish_on(node: Node, topic: str, kind: str, **options: Any) -> Publisher[Any]:
+def publish_on(node: Node, topic: str, kind: str, **options: object) -> Publisher[Any]:
     """Make a node's publisher on a topic of the loop, with messages of a type."""
     return node.create_publisher(message_class(kind), topic, PUBLISHED, **options)
 
 
 def subscribe_to(
     node: Node, topic: str, take: Callable[[bytes], None], quality: QoSProfile = SUBSCRIBED, kind: str = '',
-    **options: Any,
+    **options: object,
 ) -> Subscription[Any]:
     """Make a node's subscription to a loop topic; its type may be omitted, and messages are passed as bytes."""
     known = kind or ALL_LOOP_TOPICS[topic].kind

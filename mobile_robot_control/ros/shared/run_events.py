@@ -49,7 +49,7 @@ class RunEvents:
         self.pending: list[Mapping[str, Any]] = []
         self.at_start: dict[str, Any] = {}
 
-    def note(self, changes: Mapping[str, Any], at_start: bool = False) -> None:
+    def note_changes(self, changes: Mapping[str, object], at_start: bool = False) -> None:
         """Note parameters set in one call, by name, except those that change no number."""
         kept = {name: value for name, value in changes.items() if name not in PACE}
         if at_start:

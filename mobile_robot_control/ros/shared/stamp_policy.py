@@ -9,7 +9,7 @@ from rclpy.clock import Clock
 from mobile_robot_control.messages.parsing import RefusedMessageError
 
 
-def never(_values: Any) -> float:
+def never(_values: object) -> float:
     """Return the timeout [s] of an input that never becomes too old."""
     return float('inf')
 
@@ -86,7 +86,7 @@ class StampPolicy(Protocol):
     def refusal(self, stamp: int) -> RefusedMessageError:
         """Return the reason to refuse a stamp."""
 
-    def forget(self) -> bool:
+    def leave_run(self) -> bool:
         """Leave the policy's run, to join another one; return whether that is possible."""
 
     def age(self, _stamp: int) -> float:
@@ -133,7 +133,7 @@ class LockstepStampPolicy(StampPolicy):
                                        f'{stamp / 1e9} s; the period is {self.period / 1e9} s')
         return RefusedMessageError('not the next stamp', f'{stamp / 1e9} s after {(self.accepted or 0) / 1e9} s')
 
-    def forget(self) -> bool:
+    def leave_run(self) -> bool:
         """Leave the run; the next stamp on the grid joins or starts one."""
         self.accepted = None
         return True
@@ -182,7 +182,7 @@ class AnswerStampPolicy(StampPolicy):
         """Return the reason to refuse a stamp [ns]."""
         return RefusedMessageError('not the present stamp', f'{stamp / 1e9} s at {self.present / 1e9} s')
 
-    def forget(self) -> bool:
+    def leave_run(self) -> bool:
         """Do nothing: the plant's own time counts."""
         return False
 
@@ -219,7 +219,7 @@ class WallClockStampPolicy(StampPolicy):
             reason, f'by {abs(age):.3f} s; stamp_tolerance is {self._tolerance} s: stamp messages with the time at '
             'which they are sent, and set the clocks of both machines alike')
 
-    def forget(self) -> bool:
+    def leave_run(self) -> bool:
         """Do nothing: there are no runs on the wall clock."""
         return False
 

@@ -2,7 +2,6 @@
 
 import inspect
 from collections.abc import Callable
-from typing import Any
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -15,13 +14,13 @@ class _Callback:
 
     __signature__ = inspect.Signature()
 
-    def __init__(self, function: Callable[[], Any]) -> None:
+    def __init__(self, function: Callable[[], object]) -> None:
         self._function = function
 
     def __call__(self) -> None:
         self._function()
 
 
-def create_steady_timer(seconds: float, function: Callable[[], Any], node: Node) -> Timer:
+def create_steady_timer(seconds: float, function: Callable[[], object], node: Node) -> Timer:
     """Call a function without arguments periodically, every so many seconds, in a node's turns."""
     return node.create_timer(seconds, _Callback(function), clock=Clock(clock_type=ClockType.STEADY_TIME))

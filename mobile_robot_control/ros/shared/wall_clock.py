@@ -62,7 +62,7 @@ class WallClockNode(SteppedNode, Protocol):
     def parameters(self) -> Any:
         """The present parameters, for timeouts."""
 
-    def receive(self, topic: str, stamp: int, value: Any) -> Any:
+    def receive(self, topic: str, stamp: int, value: object) -> Any:
         """Receive an input; return its content for the steps."""
 
     def is_held(self) -> bool:
@@ -77,7 +77,7 @@ class WallClockNode(SteppedNode, Protocol):
     def note_stop(self, *topics: str) -> None:
         """Note that the robot stands because of silent inputs."""
 
-    def forget(self) -> None:
+    def forget_run(self) -> None:
         """Forget the states of a run after a jump back of simulated time."""
 
 
@@ -117,7 +117,7 @@ class WallClockDriver:
         """Return the policy for the stamps of an input."""
         return self._policy
 
-    def take(self, topic: str, message: ValidInput) -> None:
+    def take_input(self, topic: str, message: ValidInput) -> None:
         """Store a message as the newest of its topic."""
         self._kept[topic] = message.stamp, self._node.receive(topic, message.stamp, message.value)
 
@@ -141,7 +141,7 @@ class WallClockDriver:
     def _step(self, inputs: Inputs) -> None:
         if not self._in_run:
             self._node.note_run(StampDecision.HOLD, inputs.stamp)
-            self._node.begin(inputs, False)
+            self._node.begin_run(inputs, False)
         elif not self._drives:
             self._node.resume()
         self._in_run = self._drives = True
@@ -153,11 +153,11 @@ class WallClockDriver:
         self._drives = False
         self._node.publish(stamp, self._node.rest())
 
-    def begin_anew(self) -> None:
+    def forget_run(self) -> None:
         """Forget the data of a run after a jump back of simulated time."""
         self._kept.clear()
         self._in_run = self._drives = False
-        self._node.forget()
+        self._node.forget_run()
         self._node.publish(self._stamps.now().nanoseconds, self._node.rest())
 
     def condition(self) -> None:
@@ -171,7 +171,7 @@ class WallClockDriver:
     def go_on(self) -> None:
         """Do nothing: the next tick will come."""
 
-    def change(self, _values: Any) -> None:
+    def change(self, _values: object) -> None:
         """Do nothing: the wall clock has one pace."""
 
     def close(self) -> None:

@@ -2,7 +2,6 @@
 
 import sys
 from collections.abc import Sequence
-from typing import Any
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.ros.shared.process import LOAD_ERRORS, Stop, check_environment, load_fault, refuse
@@ -11,7 +10,7 @@ from mobile_robot_control.system.process import prepare_streams
 
 
 def run_nodes(
-    names: Sequence[str], arguments: Sequence[str], follow_parent: bool = False, own: Any = None
+    names: Sequence[str], arguments: Sequence[str], follow_parent: bool = False, own: object = None
 ) -> int:
     """
     Run nodes in this process until one is done or a stop is requested.

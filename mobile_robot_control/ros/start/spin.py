@@ -35,7 +35,7 @@ def make_executor() -> Executor:
     return EventsExecutor()
 
 
-def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: Any = None) -> int:
+def spin(names: Sequence[str], arguments: Sequence[str], stop: Stop, own: object = None) -> int:
     """
     Start nodes and spin them until one is done or a stop is requested.
 

@@ -113,7 +113,7 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
             self._law = begin_velocity_law(*selected) if self._failure else change_velocity_law(self._law, *selected)
             self._failure = ''
 
-    def begin(self, _inputs: Inputs, _joins: bool) -> None:
+    def begin_run(self, _inputs: Inputs, _joins: bool) -> None:
         """Begin the law at rest, with empty integrators."""
         self._law, self._failure = begin_velocity_law(*selected_velocity_law(self.parameters.control)), ''
 

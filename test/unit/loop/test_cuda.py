@@ -24,7 +24,7 @@ from mobile_robot_control.control.compensation import Lead
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.cuda import Cuda
-from mobile_robot_control.loop.drawn import Drawing, run_draws
+from mobile_robot_control.loop.drawn import Draws, run_draws
 from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.trial import LoopGains, VariedTrials, make_trial
 from mobile_robot_control.model.noise import Noise
@@ -47,7 +47,7 @@ for n, law in enumerate(LAWS):
         varied = VariedTrials([one, one._replace(steps=10)], gains)
         assert repr(gpu.together([trials, varied])) == repr(
             [batch.run_trials(part, False) for part in (trials, [*varied])]), (law, robot)
-        drawing = Drawing(loop, 0.003, 0.001, lambda form: form._replace(indices=True), 0.1, {})
+        drawing = Draws(loop, 0.003, 0.001, lambda form: form._replace(indices=True), 0.1, {})
         for _, runs in drawing.runs(draw_scenarios(noisy, 3, 1)):
             assert gpu.each(run_draws, [runs], law)[0].tobytes() == run_draws(runs, False).tobytes(), (law, robot)
 print('equal')

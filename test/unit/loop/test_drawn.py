@@ -8,7 +8,7 @@ import pytest
 
 from mobile_robot_control.control.law import Law
 from mobile_robot_control.loop import batch, drawn
-from mobile_robot_control.loop.drawn import Drawing, judged_rows, run_draws
+from mobile_robot_control.loop.drawn import Draws, judged_rows, run_draws
 from mobile_robot_control.loop.monte_carlo import (
     METRICS,
     JudgedRuns,
@@ -40,7 +40,7 @@ def _form(form):
 
 def _drawing(robot=None, **values):
     configuration = ParameterSources(robot=robot).with_values(values).configuration()
-    return Drawing(configuration, LAPS, LATE, _form, 0.5, {})
+    return Draws(configuration, LAPS, LATE, _form, 0.5, {})
 
 
 def _scenarios(count, robots=()):

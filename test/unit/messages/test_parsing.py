@@ -33,7 +33,6 @@ def joints(names=(RIGHT, LEFT), position=(), velocity=(), effort=()):
 
 
 def test_a_stamp_is_read_in_nanoseconds():
-    assert parsing.stamp_nanoseconds(Message(sec=3, nanosec=5)) == 3_000_000_005
     assert parsing.serialised_stamp(b'\0\1\0\0' + struct.pack('<iI', 7, 9) + b'rest') == 7_000_000_009
 
 

@@ -6,6 +6,7 @@ from functools import partial
 
 import pytest
 from geometry_msgs.msg import Twist
+from helpers.watching import stamp_nanoseconds
 from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.typesys import Stores, get_typestore
@@ -14,7 +15,7 @@ from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import MultiDOFJointTrajectory
 
 from mobile_robot_control.messages import parsing, writing
-from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp, stamp_nanoseconds
+from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
 from mobile_robot_control.quantities import (
     BodyAcceleration,
     BodyVelocity,

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.reference.joining import join
-from mobile_robot_control.reference.motion import Motion, plan
+from mobile_robot_control.reference.motion import PathMotion, plan
 from mobile_robot_control.reference.path_parameters import Drive
 from mobile_robot_control.reference.planned_path import plan_spans
 
@@ -25,7 +25,7 @@ def test_a_new_path_goes_on_from_the_motion_before_or_is_refused(share, turn, as
     cos, sin = math.cos(heading + turn), math.sin(heading + turn)
     points = [(x + along * cos - aside * sin, y + along * sin + aside * cos) for along in (ahead, 1.0, 2.5)]
     try:
-        joined = join(request(points), before, Motion([path]).rest(share * path.period))
+        joined = join(request(points), before, PathMotion([path]).rest(share * path.period))
     except ParameterError:
         # too far, or too sharp for the speed
         assume(False)
@@ -44,7 +44,7 @@ def test_a_path_with_long_segments_changes_nothing_wherever_the_cart_is_when_it_
 
 
 def test_a_path_far_from_the_cart_and_one_that_comes_too_late_for_its_speed_are_refused():
-    path = Motion([plan_spans(shape_of([(0.0, 0.0), (4.0, 0.0)]), TIMING, Drive())])
+    path = PathMotion([plan_spans(shape_of([(0.0, 0.0), (4.0, 0.0)]), TIMING, Drive())])
     before, rest = path.accelerated(4.0), path.rest(4.0)
     x = before.pose.x
     with pytest.raises(ParameterError, match=r'begins 0\.6 m from the cart, .* near the cart, at \(1\.98, 0\)'):

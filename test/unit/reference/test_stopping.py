@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-from mobile_robot_control.reference.motion import Motion, plan
+from mobile_robot_control.reference.motion import PathMotion, plan
 from mobile_robot_control.reference.path_parameters import Drive
 from mobile_robot_control.reference.planned_path import plan_spans
 from mobile_robot_control.reference.stopping import STANDS, stop
@@ -20,7 +20,7 @@ def test_a_stop_anywhere_goes_on_from_the_motion_before_and_keeps_the_limits(poi
     path = plan_spans(smooth_shape(points), timing, Drive())
     time = share * path.period
     before = path.accelerated(time)
-    stopped = stop(Motion([path]).rest(time), request(RECTANGLE, timing=timing), before)
+    stopped = stop(PathMotion([path]).rest(time), request(RECTANGLE, timing=timing), before)
     at = stopped.accelerated(0.0)
     assert (*at.pose, *at.velocity) == pytest.approx((*before.pose, *before.velocity), abs=1e-6)
     assert stopped.accelerated(stopped.period).velocity == (0.0, 0.0)

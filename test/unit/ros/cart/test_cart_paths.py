@@ -80,7 +80,7 @@ class Cart:
                 self.course.slow_down(due.begins, 1.0)
             else:
                 assert not due.answer.refusal
-                self.course.take(due.answer, due.begins)
+                self.course.take_answer(due.answer, due.begins)
             after = self.course.reference(self.now)
             assert math.dist(before.pose[:2], after.pose[:2]) < 0.01
             assert after.velocity.linear == pytest.approx(before.velocity.linear, abs=0.02)
@@ -205,7 +205,7 @@ def test_a_cart_that_waits_for_its_robot_takes_a_newer_path():
 def test_a_path_after_a_change_of_the_limits_is_planned_anew():
     course = standing()
     message = straight_on(course, 0.0, 6.0)
-    course.take(answer(course.question(message, 0)), 0)
+    course.take_answer(answer(course.question(message, 0)), 0)
     assert not course.question(message, 10_000_000).anew
     cart = course._cart
     course.change(cart._replace(timing=cart.timing._replace(max_linear_velocity=0.3)), 1.0)

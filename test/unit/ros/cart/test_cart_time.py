@@ -16,11 +16,11 @@ class Cart:
     def __init__(self, rate):
         self.now, self.age, self.logged, self._period = 100.0, 0.0, [], 1.0 / rate
         log = types.SimpleNamespace(warning=self.logged.append, info=self.logged.append)
-        monitor = types.SimpleNamespace(age=lambda topic: self.age, missing=lambda: [])
+        monitor = types.SimpleNamespace(age=lambda topic: self.age, missing_inputs=lambda: [])
         self.wait = CartWait(
             types.SimpleNamespace(get_logger=lambda: log), types.SimpleNamespace(now=lambda: self.now), monitor, 0.5,
             self._period, lambda time: Reference(Pose(0.3 * time, 0.0, 0.0), BodyVelocity(0.3, 0.0)))
-        self.wait.note(Pose(0.0, 0.0, 0.0))
+        self.wait.note_pose(Pose(0.0, 0.0, 0.0))
 
     def run(self, seconds, follows=True):
         """Return the last reference; the robot is where the cart is, or stays."""
@@ -28,7 +28,7 @@ class Cart:
             self.now += self._period
             reference = self.wait.references()[0]
             if follows:
-                self.wait.note(reference.pose)
+                self.wait.note_pose(reference.pose)
         return reference
 
 
@@ -56,7 +56,7 @@ def test_what_it_waits_for_is_logged_once_and_reported():
     cart.run(1.0, follows=False)
     assert cart.wait.condition().detail.startswith('odom is silent: ')
     cart.age = 0.0
-    cart.wait.note(cart.wait.references()[0].pose)
+    cart.wait.note_pose(cart.wait.references()[0].pose)
     cart.run(1.0)
     assert cart.logged[2:] == ['the cart drives']
 

@@ -26,7 +26,7 @@ class Asker:
         self.repeat_question = lambda: self.asked.append(f'again {self.now}')
         self.publish_wheels = lambda: self.asked.append(f'wheels {self.now}')
         self.note_step = lambda stamp: None
-        self.control = LockstepRunControl(self.values, lambda: self.now, self.go_on, self.begin_anew)
+        self.control = LockstepRunControl(self.values, lambda: self.now, self.go_on, self.begin_new_run)
         stalls = types.SimpleNamespace(note_silence=self.note_silence, note_progress=lambda: None, named=[])
         self.driver = QuestionDriver(self, self, period, self.control, stalls, 0.0)
         self.driver.ask()
@@ -46,7 +46,7 @@ class Asker:
     def go_on(self):
         self.driver.go_on()
 
-    def begin_anew(self):
+    def begin_new_run(self):
         self.k = 0
         self.driver.restart()
 
@@ -55,7 +55,7 @@ class Asker:
         self.asked = []
         decision = self.driver.policy('command').decide(stamp)
         if decision is not StampDecision.REFUSED:
-            self.driver.take('command', ValidInput(stamp, decision, value))
+            self.driver.take_input('command', ValidInput(stamp, decision, value))
         return self.asked
 
     def run_to(self, stamp):

@@ -43,5 +43,5 @@ def test_the_law_goes_on_from_the_present_command(name):
     # after ten time constants of 0.2 s it is the law's own: a hybrid law takes the cart as in sight
     for _ in range(100):
         command = _command(law, *error)
-    alone.begin(control, under_way=True)
+    alone.begin_law(control, under_way=True)
     assert command == pytest.approx(_command(alone, *error), abs=1e-3)

@@ -24,11 +24,11 @@ def test_in_lockstep_repeats_are_counted_from_the_first_on_and_a_time_of_samplin
     age = OdomAge(Shared(position_rate=100.0))
     ages = []
     for step, x in enumerate([1.0, 1.0, 1.0, 1.1, 1.1]):
-        age.note(10 * step * MS, POSE._replace(x=x), VELOCITY)
+        age.note_odometry(10 * step * MS, POSE._replace(x=x), VELOCITY)
         ages.append(age.at(10 * step * MS, 0.05))
     assert ages == pytest.approx([0.05, 0.06, 0.07, 0.05, 0.06])
-    age.begin()
-    age.note(0, POSE._replace(x=1.1), VELOCITY)
+    age.begin_run()
+    age.note_odometry(0, POSE._replace(x=1.1), VELOCITY)
     assert age.at(0, 0.0) == 0.0
     sampled = OdomAge(Shared(odometry_stamped='sampled'))
     sampled.note_step(100 * MS, POSE, VELOCITY, 40 * MS)
@@ -37,10 +37,10 @@ def test_in_lockstep_repeats_are_counted_from_the_first_on_and_a_time_of_samplin
 
 def test_on_the_wall_clock_a_sample_with_a_new_stamp_is_as_old_as_it_was_and_the_reference_moves_on_to_now():
     age = WallClockOdomAge(Shared(lockstep=False, stamp_tolerance=0.5))
-    age.note(1000 * MS, POSE, VELOCITY)
-    age.note(1030 * MS, POSE, VELOCITY)
+    age.note_odometry(1000 * MS, POSE, VELOCITY)
+    age.note_odometry(1030 * MS, POSE, VELOCITY)
     assert age.at(1040 * MS, 0.02) == pytest.approx(0.06)
-    age.note(1050 * MS, POSE._replace(y=2.1), VELOCITY)
+    age.note_odometry(1050 * MS, POSE._replace(y=2.1), VELOCITY)
     # not older than any message may be, and not of the future
     assert [age.at(now * MS, 0.02) for now in (1060, 9000, 1000)] == pytest.approx([0.03, 0.5, 0.0])
     reference = Reference(POSE, BodyVelocity(0.5, 0.0))
@@ -80,7 +80,7 @@ def _drive(twist, velocity, begin, end, aside=0.0):
     found = []
     for n in range(begin, end):
         angle = OMEGA * n * DT
-        found.append(twist.note(int((100.0 + n * DT) * 1e9), Pose(
+        found.append(twist.note_odometry(int((100.0 + n * DT) * 1e9), Pose(
             aside + V / OMEGA * math.sin(angle), V / OMEGA * (1.0 - math.cos(angle)),
             math.remainder(angle, 2.0 * math.pi)), velocity))
     return found
@@ -102,7 +102,7 @@ def test_a_twist_is_taken_as_it_is_where_it_agrees_also_at_rest_and_after_a_jump
     # after 40 samples a reset, from which it drives on along the same circle
     for begin, end, aside in ((0, 40, 0.0), (40, 500, 0.8)):
         assert set(_drive(twist, BodyVelocity(V, OMEGA), begin, end, aside)) == {BodyVelocity(V, OMEGA)}
-    assert {twist.note(int(500e9) + n * 20 * MS, Pose(9.0, 9.0, 0.0), STILL) for n in range(200)} == {STILL}
+    assert {twist.note_odometry(int(500e9) + n * 20 * MS, Pose(9.0, 9.0, 0.0), STILL) for n in range(200)} == {STILL}
     assert not told
 
 
@@ -128,7 +128,7 @@ def _wander(seed, rate, jump=None, lost=(), noise=0.0, resting=False, seconds=5.
             continue
         seen = Pose(x + draw.gauss(0.0, noise), y + draw.gauss(0.0, noise),
                     math.remainder(heading + draw.gauss(0.0, noise), 2.0 * math.pi))
-        trusted &= twist.note(int((100.0 + time) * 1e9), seen, BodyVelocity(v, omega)) == (v, omega)
+        trusted &= twist.note_odometry(int((100.0 + time) * 1e9), seen, BodyVelocity(v, omega)) == (v, omega)
         jumps += [twist.jump] if twist.jump else []
     return jumps, trusted, told
 
@@ -167,7 +167,7 @@ def test_a_twist_that_lies_is_no_jump_also_from_the_start_of_a_motion(speed):
         for n in range(round(4.0 * rate)):
             v += (speed * (n > rate) - v) * (1.0 - math.exp(-1.0 / rate / 0.15))
             x += v / rate
-            velocity = twist.note(int((100.0 + n / rate) * 1e9), Pose(x, 0.0, 0.0), STILL)
+            velocity = twist.note_odometry(int((100.0 + n / rate) * 1e9), Pose(x, 0.0, 0.0), STILL)
             jumps += [twist.jump] if twist.jump else []
         assert velocity.linear == pytest.approx(speed, rel=0.05), rate
         assert len(jumps) <= 1, (rate, jumps)
@@ -177,7 +177,7 @@ def test_a_twist_that_lies_is_no_jump_also_from_the_start_of_a_motion(speed):
 def test_poses_that_come_more_seldom_than_messages_do_not_jump():
     twist, told = _twist()
     for n in range(300):
-        twist.note(int((100.0 + n * DT) * 1e9), Pose(V * DT * (n - n % 10), 0.0, 0.0), BodyVelocity(V, 0.0))
+        twist.note_odometry(int((100.0 + n * DT) * 1e9), Pose(V * DT * (n - n % 10), 0.0, 0.0), BodyVelocity(V, 0.0))
         assert twist.jump == (), n
     assert told == []
 

@@ -35,13 +35,14 @@ class Driving:
             get_logger=lambda: log, create_service=lambda *_: None,
             create_publisher=lambda *_: types.SimpleNamespace(publish=lambda _: None),
             context=types.SimpleNamespace(get_domain_id=lambda: -1), get_fully_qualified_name=lambda: '/without_ros')
-        self.conflict = types.SimpleNamespace(present=False, note=lambda *_: None, begin=lambda *_: None)
+        self.conflict = types.SimpleNamespace(
+            present=False, note_odometry=lambda *_: None, begin_after_silence=lambda *_: None)
         law = LawRunner(self.node, VALUES.control, DT, lambda: None)
         self.guard = RobotGuard(self.node, law, lambda: self.conflict, str, self.events.append, 'no kind')
         self.time, self.in_conflict = 100.0, in_conflict
 
     def note(self, pose, velocity, drives):
-        self.guard.note(round(self.time * 1e9), pose, velocity, VALUES, drives)
+        self.guard.note_odometry(round(self.time * 1e9), pose, velocity, VALUES, drives)
 
     def command(self, cart):
         error = tracking_error(AT, AT)

@@ -43,7 +43,7 @@ def test_the_age_of_a_stamp_is_that_at_its_arrival_and_what_has_passed_since(mak
     clock.time += 0.5
     assert monitor.age('odom') == 0.5
     assert monitor.stamp_age('odom') == pytest.approx(0.56)
-    monitor.forget()
+    monitor.forget_inputs()
     assert monitor.age('odom') == math.inf
 
 

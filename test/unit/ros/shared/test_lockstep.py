@@ -25,7 +25,7 @@ class Counting:
         self.note_other_start = lambda topic: self.said.append(f'other {topic}')
         self.driver = LockstepDriver(self, {topic: Input(None, one) for topic, one in periods.items()}, D / 1e9, P)
 
-    def begin(self, inputs, joins):
+    def begin_run(self, inputs, joins):
         self.said.append('joins' if joins else 'begins')
         self.steps = 0
 
@@ -42,7 +42,7 @@ class Counting:
         before, self.said = len(self.published), []
         decision = self.driver.policy(topic).decide(stamp)
         if decision is not StampDecision.REFUSED:
-            self.driver.take(topic, ValidInput(stamp, decision, value))
+            self.driver.take_input(topic, ValidInput(stamp, decision, value))
         return [one[:2] for one in self.published[before:]], self.said
 
     def used(self, topic):

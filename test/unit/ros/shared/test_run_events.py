@@ -2,7 +2,8 @@
 
 import json
 
-from mobile_robot_control.messages.parsing import stamp_nanoseconds
+from helpers.watching import stamp_nanoseconds
+
 from mobile_robot_control.ros.shared.run_events import RunEvents
 
 
@@ -28,16 +29,16 @@ class Still:
 def test_changes_act_from_a_step_or_from_a_run_on_and_the_first_run_has_the_number_0():
     node = Still()
     events = RunEvents(node)
-    events.note({'curve': 'circle'}, at_start=True)
+    events.note_changes({'curve': 'circle'}, at_start=True)
     events.begin_run(anew=False)
     events.publish_pending(0)
-    events.note({'paused': True, 'hold_at': 3.0})
+    events.note_changes({'paused': True, 'hold_at': 3.0})
     assert not events.pending
-    events.note({'scale': 0.5, 'period': 12.0}, at_start=True)
-    events.note({'period': 0.1 + 0.2})
+    events.note_changes({'scale': 0.5, 'period': 12.0}, at_start=True)
+    events.note_changes({'period': 0.1 + 0.2})
     events.publish_pending(1_500_000_000)
-    events.note({'period': 8.0})
-    events.note({'center': (1.0, 2.0)}, at_start=True)
+    events.note_changes({'period': 8.0})
+    events.note_changes({'center': (1.0, 2.0)}, at_start=True)
     events.begin_run(anew=True)
     events.publish_pending(0)
     assert node.published == [

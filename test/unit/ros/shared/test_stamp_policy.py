@@ -35,7 +35,7 @@ def test_a_policy_that_forgets_joins_the_next_run_and_tells_the_stamp_in_seconds
     policy.accept(4_000_000)
     assert policy.refusal(5_000_000).detail == '0.005 s; the period is 0.002 s'
     assert policy.refusal(8_000_000).detail == '0.008 s after 0.004 s'
-    assert policy.forget() is True
+    assert policy.leave_run() is True
     assert policy.decide(20_000_000) is StampDecision.JOIN
 
 
@@ -79,7 +79,7 @@ def test_on_the_wall_clock_stamps_beyond_the_tolerance_are_refused(age, decision
     policy = WallClockStampPolicy(types.SimpleNamespace(now=lambda: now), tolerance=0.5)
     stamp = now.nanoseconds - round(age * 1e9)
     assert policy.decide(stamp) is StampDecision[decision]
-    assert policy.forget() is False
+    assert policy.leave_run() is False
     if reason:
         assert reason in policy.refusal(stamp).reason
         assert 'stamp_tolerance is 0.5 s' in policy.refusal(stamp).detail

@@ -24,7 +24,7 @@ class Robot:
         stamps = types.SimpleNamespace(now=lambda: types.SimpleNamespace(nanoseconds=round(self.now * 1e9)))
         self.driver = WallClockDriver(self, INPUTS, 10.0, stamps, 0.5, lambda topic: self.now - self.came[topic])
         self.is_held = lambda: self.held
-        self.resume, self.forget, self.rest = lambda: self._do('resume'), lambda: self._do('forget'), lambda: 'rest'
+        self.resume, self.forget_run, self.rest = lambda: self._do('resume'), lambda: self._do('forget'), lambda: 'rest'
         self.note_stop = lambda *topics: self._do(f'silent: {" ".join(topics)}')
         self.receive = lambda topic, stamp, value: value
         # changes act from any step on, and nothing is counted
@@ -33,7 +33,7 @@ class Robot:
     def _do(self, what):
         self.did.append(what)
 
-    def begin(self, inputs, joins):
+    def begin_run(self, inputs, joins):
         assert not joins
         self._do('begin')
 
@@ -52,7 +52,7 @@ class Robot:
     def take(self, *topics):
         for topic in topics:
             self.came[topic] = self.now
-            self.driver.take(topic, ValidInput(round(self.now * 1e9), StampDecision.HOLD, 0.0))
+            self.driver.take_input(topic, ValidInput(round(self.now * 1e9), StampDecision.HOLD, 0.0))
 
     def tick(self, seconds=0.0):
         """Return what one tick does, some time later."""
@@ -117,7 +117,7 @@ def test_time_that_jumps_back_begins_another_run(robot):
     robot.take('wheels', 'command')
     robot.tick()
     robot.did = []
-    robot.driver.begin_anew()
+    robot.driver.forget_run()
     assert robot.did == ['forget', 'rest']
     assert robot.tick() == []
     robot.take('wheels', 'command')
