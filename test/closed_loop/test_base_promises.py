@@ -76,10 +76,14 @@ def test_odometry_that_is_carried_forward_brings_the_robot_nearer(lag, share, bo
     assert compensated < min(share * late, bound)
 
 
+def test_the_shipped_gains_are_not_warned_of():
+    shipped = configure(load([CONFIG / 'wall_clock.yaml']))
+    assert [text for text in warned(shipped) if 'not modelled' not in text] == []
+
+
 # a model of torques without the base's lag and latency follows the curve with all of these
-def test_gains_with_which_the_base_spins_are_warned_of_before_it_drives_and_the_shipped_ones_are_not():
+def test_gains_with_which_the_base_spins_are_warned_of_before_it_drives():
     values = load([CONFIG / 'wall_clock.yaml'])
-    shipped = configure(values)
     values['position_controller'] |= {f'backstepping.{name}': value for name, value in zip(
         'pqfg', (3.0, 1.5, 3.0, 20.0), strict=True)}
     parameters = configure(values)
@@ -87,4 +91,3 @@ def test_gains_with_which_the_base_spins_are_warned_of_before_it_drives_and_the_
     assert driven(parameters, Base(lag=0.15), compensates=False) > 0.4
     assert any(phrase in text for text in warned(parameters) for phrase in (
         'position loop has a thin delay margin', 'errors of the position loop grow', 'position loop is not stable'))
-    assert [text for text in warned(shipped) if 'not modelled' not in text] == []

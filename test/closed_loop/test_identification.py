@@ -167,7 +167,7 @@ def test_so_it_does_for_all_bases_with_gains_tuned_for_the_file(name, tmp_path):
 
 
 @pytest.mark.soak
-def test_limits_dead_zone_and_errors_of_odometry_are_found_and_the_file_drives(tmp_path):
+def test_limits_a_dead_zone_and_errors_of_odometry_are_found_in_a_file_that_drives(tmp_path):
     random = np.random.default_rng(3)
     base = model.Base(lag=(0.1, 0.08), dead_time=(0.02, 0.02), max_speed=(0.5, 0.0), max_acceleration=(0.6, 3.0),
                 dead_zone=(0.03, 0.0))
@@ -231,7 +231,7 @@ def test_joint_states_without_effort_tell_nothing_of_torques(tmp_path):
         mrc.identify(tmp_path / 'bag')
 
 
-def test_a_bag_with_a_silence_of_a_robot_that_drives_straight_tells_how_it_drives_and_what_is_missing(tmp_path):
+def test_a_bag_with_a_silence_that_drives_straight_tells_its_model_and_what_is_missing(tmp_path):
     random = np.random.default_rng(4)
     base = model.Base(lag=(0.1, 0.2))
     bag = record(tmp_path / 'bag', random, base, asked=commands(random, 30.0) * [1.0, 0.0], silent=(12.0, 17.0))

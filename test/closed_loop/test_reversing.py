@@ -105,7 +105,7 @@ def judged(distances, law, rate):
 
 @pytest.mark.parametrize('law', LAWS)
 @pytest.mark.parametrize('poses', [TWO_CUSPS, ON_THE_SPOT], ids=['two cusps', 'on the spot'])
-def test_cusps_and_turns_are_followed_by_robot_and_base(tmp_path, law, poses):
+def test_robot_and_base_follow_cusps_as_well_as_turns_on_the_spot(tmp_path, law, poses):
     made = configured(write(tmp_path / 'path.csv', poses), law, 'plant.initial_pose:=[0.0, 0.0, 0.0]', *FED)
     course = course_of(made.reference_cart)
     assert sum(part.backward for part in course.parts[::2]) == (poses is TWO_CUSPS)

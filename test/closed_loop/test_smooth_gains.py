@@ -44,7 +44,7 @@ def rms_error(samples):
 
 
 @pytest.mark.parametrize('curve', ['trifolium', pytest.param('lemniscate', marks=pytest.mark.soak)])
-def test_the_ripple_is_an_eighth_over_the_lap_and_a_sixth_where_it_is_largest_at_a_comparable_error(curve):
+def test_at_a_comparable_error_the_ripple_is_an_eighth_and_its_largest_a_sixth(curve):
     shipped, smooth = driven(curve, {}), driven(curve, SMOOTH)
     rough, calm = ripples(shipped), ripples(smooth)
     assert statistics.median(calm) < statistics.median(rough) / 8.0

@@ -65,8 +65,7 @@ def test_a_base_that_was_held_is_not_made_to_chase_the_cart(law, approach_speed)
 @pytest.mark.parametrize(('law', 'approach_speed'), [
     pytest.param(law.name, speed, marks=() if (law.name, speed) in (('kanayama', 0.2), ('fuzzy', 0.0)) else
                  pytest.mark.soak) for law in BUILT_IN for speed in (0.0, 0.2)])
-def test_a_base_that_starts_late_is_turned_along_the_curve_first_and_no_law_is_waited_for_without_end(
-        law, approach_speed):
+def test_a_base_that_starts_late_is_turned_along_the_curve_first_if_it_may_approach(law, approach_speed):
     following = Following(law, approach_speed)
     start, errors = following.reference(0.0).pose, []
 

@@ -181,15 +181,21 @@ def test_every_command_is_one_that_is_known_and_none_hides_in_a_block_that_does_
                     COMMANDS | ELSEWHERE | {'python', 'pip', 'cp'}), _name(path)
 
 
-def test_commands_are_read_with_what_continues_them_and_one_that_fails_or_does_not_exist_is_found(tmp_path):
+def test_commands_are_read_with_what_continues_them():
     page = 'Text.\n\n```sh\nsimulate --duration 0.01 --params-file \\\n  nowhere.yaml   # a comment\n```\n'
     (kind, content), = blocks(page)
     command, = commands(content)
     assert (kind, command) == ('sh', 'simulate --duration 0.01 --params-file \\\n  nowhere.yaml')
-    with pytest.raises(AssertionError, match=r'nowhere\.yaml: cannot be read'):
-        _run(f'set -e\n{command}\ntrue\n', tmp_path, 60)
     content = "cat > a.yaml <<'END'\nrun: true   # kept\nEND\nkill $(jobs -p)     # ends it\n"
     assert list(commands(content)) == ["cat > a.yaml <<'END'\nrun: true   # kept\nEND", 'kill $(jobs -p)']
+
+
+def test_a_command_that_fails_is_found(tmp_path):
+    with pytest.raises(AssertionError, match=r'nowhere\.yaml: cannot be read'):
+        _run('set -e\nsimulate --duration 0.01 --params-file \\\n  nowhere.yaml\ntrue\n', tmp_path, 60)
+
+
+def test_a_command_that_does_not_exist_is_found():
     for absent in ('make no_such_target', 'ros2 run mobile_robot_control no_such_node',
                    'ros2 param set /plant duration 3.0', 'ros2 topic echo /no_such_topic',
                    'ros2 launch mobile_robot_control no_such.launch.xml'):

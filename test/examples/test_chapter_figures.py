@@ -55,13 +55,16 @@ def test_a_figure_is_drawn(figure):
     assert figure.draw(RUNS).axes
 
 
-def test_the_chromosomes_have_the_chapters_genes_and_values_and_the_bounds_of_the_search():
+def test_the_chromosomes_have_the_chapters_genes_and_values():
     # section 3.1 of the chapter
     found = {gene.symbol: gene.value for gene in chromosomes.backstepping_genes(RUNS)}
     assert found == {'p': 1.9934, 'q': 0.0530, 'f': 9.8615, 'g': 2.9956, 'K1': 128.444, 'Ti1': 60.9756, 'K2': 29.048,
                      'Ti2': 31.4465}
     assert [gene.symbol for gene in chromosomes.fuzzy_genes(RUNS)] == [
         'a1', 'b1', 'b2', 'b3', 'b4', 'b5', 'b6', 'c1', 'c2', 'c3', 'c4', 'c5', 'd1', 'd2', 'd3']
+
+
+def test_the_chromosomes_have_the_bounds_of_the_search():
     for genes, search in ((chromosomes.backstepping_genes(RUNS), 'backstepping'),
                           (chromosomes.fuzzy_genes(RUNS), 'fuzzy')):
         assert [gene.bounds for gene in genes] == [

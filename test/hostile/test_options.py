@@ -112,16 +112,17 @@ def play(command, main, parser, count, capsys, seed=1):
 
 @pytest.mark.parametrize('command', SOUND)
 @pytest.mark.parametrize('count', [4, pytest.param(100, marks=pytest.mark.soak)])
-def test_nonsense_ends_with_exit_code_2_and_is_named_and_nothing_is_written(
-        command, count, main_of, monkeypatch, capsys):
+def test_nonsense_is_named_with_exit_code_2_and_nothing_is_written(command, count, main_of, monkeypatch, capsys):
     main = main_of(command)
     found = play(command, main, parser_of(main, monkeypatch), count, capsys)
     assert not found, '\n\n'.join(found)
+
+
+def test_every_command_has_sound_options_here():
     assert [*command_modules()] == [*SOUND]
 
 
 @pytest.mark.parametrize(('command', 'option'), [
     ('study', '--runs=--'), ('excite', '--robot=nosuch'), ('simulate', f'--robot={"a" * 5000}')])
-def test_an_option_without_its_value_an_unused_robot_and_a_name_of_5000_letters_are_refused_in_a_few_words(
-        command, option, main_of, capsys):
+def test_a_missing_value_an_unused_robot_and_a_long_name_are_refused_in_a_few_words(command, option, main_of, capsys):
     assert check(main_of(command), [*SOUND[command], option], [option.partition('=')[0], 'nosuch', 'aaa'], capsys) == ''

@@ -35,8 +35,12 @@ def _flat(tree, prefix=''):
 
 
 @pytest.mark.parametrize('path', FILES, ids=_id)
-def test_every_shipped_file_loads_with_and_without_a_namespace_and_names_declared_parameters_alone(path):
+def test_every_shipped_file_loads_with_and_without_a_namespace(path):
     assert configure(load([path], namespace='/robot1')) == configure(load([path]))
+
+
+@pytest.mark.parametrize('path', FILES, ids=_id)
+def test_every_shipped_file_names_declared_parameters_alone(path):
     for section, content in yaml.safe_load(path.read_text()).items():
         if path.parent.name == 'tracks' and section in ('track', 'published'):
             continue  # of the benchmark, which checks them
@@ -45,10 +49,13 @@ def test_every_shipped_file_loads_with_and_without_a_namespace_and_names_declare
         assert set(_flat(content['ros__parameters'])) <= known
 
 
-def test_the_defaults_equal_backstepping_yaml_and_a_further_law_has_its_defaults_for_the_same_velocity_gains():
+def test_the_defaults_equal_backstepping_yaml():
     loaded = configure(load([CONFIG / 'backstepping.yaml']))
     for ours, default in zip(loaded, Configuration(), strict=True):
         assert flatten(ours) == flatten(default)
+
+
+def test_the_file_of_a_further_law_has_its_defaults_beside_the_same_velocity_gains():
     assert {CONFIG / f'{law.name}.yaml' for law in BUILT_IN} <= set(FILES)
     for law in BUILT_IN[3:]:
         loaded = configure(load([CONFIG / f'{law.name}.yaml']))
@@ -102,7 +109,7 @@ def test_the_command_that_found_the_gains_of_a_robot_is_one_of_tune(capsys):
 
 
 @pytest.mark.parametrize('path', ROBOTS, ids=_id)
-def test_the_position_controller_of_a_robot_carries_odometry_forward_by_its_age_at_a_position_tick(path):
+def test_a_position_controller_carries_odometry_forward_by_its_age_at_a_position_tick(path):
     """A sample that arrives between two ticks waits for the next one; a stamp of when it was taken tells its age."""
     configuration = configure(load([path]))
     plant, control = flatten(configuration.plant), flatten(configuration.position_controller)

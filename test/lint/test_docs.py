@@ -67,7 +67,7 @@ def test_every_gain_and_constant_of_the_robot_says_what_a_larger_value_does():
                 assert name in others or 'larger' in text, name
 
 
-def test_every_parameter_of_an_imperfect_plant_is_an_effect_that_margins_and_promises_name():
+def test_every_imperfection_of_the_plant_is_an_effect_that_margins_and_promises_name():
     # but what only says when, or belongs to the node
     groups = ('base', 'delay', 'disturbance', 'encoders', 'friction', 'motor', 'noise', 'odometry')
     names = {f'{node}.{name}' for node, names in parameter_names().items() for name in names}
@@ -111,8 +111,11 @@ def test_its_topics_are_those_of_the_node(domain):
         assert written == real
 
 
-def test_the_pages_of_topics_and_nodes_have_those_of_the_loop_and_the_key_of_the_diagnostics():
+def test_the_page_of_topics_names_the_key_of_the_diagnostics():
     assert f'{SUBSCRIBERS_KEY}TOPIC' in _code(_page('topics'))
+
+
+def test_the_tables_of_topics_on_the_pages_are_those_of_the_loop():
     for file, (part, made) in topic_tables.parts().items():
         assert part.found((DOCS.parent / file).read_text(encoding='utf-8')) == made, 'make pages writes it again'
 

@@ -56,9 +56,12 @@ def files(imported):
             for path, found in imported.items()}
 
 
-def test_imports_between_folders_and_between_files_run_one_way_and_none_is_relative(graph, files):
+def test_no_import_is_relative():
     relative = re.compile(r'^\s*from \.', re.MULTILINE)
     assert not [path for path in FILES if relative.search(path.read_text(encoding='utf-8'))]
+
+
+def test_imports_between_folders_and_between_files_run_one_way(graph, files):
     for imports in (graph, files):
         try:
             TopologicalSorter(imports).prepare()
@@ -66,11 +69,15 @@ def test_imports_between_folders_and_between_files_run_one_way_and_none_is_relat
             raise AssertionError(f'these import each other: {" <- ".join(error.args[1])}') from error
 
 
-def test_each_node_has_its_parts_and_those_of_all_nodes_and_is_loaded_by_the_one_table(imported):
+def test_each_node_imports_its_own_parts_and_those_of_all_nodes(imported):
     ros = f'{PACKAGE.name}.ros'
     for path in (PACKAGE / 'ros').glob('*/*.py'):
         own, outside = path.parent.name, {name.split('.')[2] for name in imported[path] if name.startswith(f'{ros}.')}
         assert outside <= {own, 'shared', *['start'] * (own == 'own_node')}, path.relative_to(PACKAGE)
+
+
+def test_the_nodes_of_every_folder_are_loaded_by_the_one_table():
+    ros = f'{PACKAGE.name}.ros'
     loaded = {name.rpartition('.')[0] for name in LOADED_MODULES}
     assert loaded == {f'{ros}.{folder}' for folder in (
         'start', 'plant', 'velocity', 'position', 'cart', 'own_node')}

@@ -145,7 +145,7 @@ def test_the_version_is_the_same_in_every_file():
     assert f"license='{citation['license']}'" in _text('setup.py')
 
 
-def test_every_requirement_of_the_package_is_locked_for_both_distributions_and_every_python():
+def test_every_requirement_is_locked_for_both_distributions_and_every_python():
     needed = {re.match(r'[\w.-]+', text).group().lower() for text in requires('mobile_robot_control')} - {'setuptools'}
     assert {'numpy', 'numba', 'ros-jazzy-rclpy'} < needed
     locked = sorted((ROOT / 'constraints').glob('*-3.*.txt'))

@@ -50,7 +50,7 @@ def test_equations_5_to_7_and_19_are_inverse_to_each_other(body, robot):
 
 
 @given(st.floats(-200, 200), st.floats(-200, 200), HEADINGS, ROBOTS)
-def test_equations_2_to_4_8_and_9_give_the_energy_10_with_A_and_B_of_15(right, left, heading, robot):
+def test_equations_2_to_4_8_and_9_give_the_energy_10_with_the_terms_of_15(right, left, heading, robot):
     v, omega = body_velocity(WheelVelocity(right, left), robot)
     # (8), (9): the velocity of the mass centre C
     x_c = v * math.cos(heading) - robot.com_offset * omega * math.sin(heading)

@@ -9,7 +9,7 @@ from mobile_robot_control.model.plant import actuated_step
 from mobile_robot_control.reference.curves import CURVES
 
 
-def test_functions_are_returned_themselves_and_registered_those_apart_in_a_second_register_too(monkeypatch):
+def test_functions_are_returned_and_registered_those_apart_in_a_second_register_too(monkeypatch):
     monkeypatch.setattr(jit, 'JITABLE', [])
     monkeypatch.setattr(jit, 'APART', set())
     assert [jit.jitable(abs), jit.jitable_apart(len)] == [abs, len] == jit.JITABLE

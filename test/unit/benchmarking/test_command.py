@@ -39,7 +39,7 @@ LAW = Law('{name}', step, Gains)
 """
 
 
-def test_laws_are_searched_and_judged_and_the_same_seed_gives_the_same_hash_from_python_too(track, tmp_path, capsys):
+def test_laws_are_searched_and_judged_to_the_same_hash_by_the_command_or_from_python(track, tmp_path, capsys):
     laws = ('kanayama', 'ramsete')
     assert run(track, tmp_path / 'one', '--laws', *laws) == 0
     values, rows = read(tmp_path / 'one')
@@ -76,8 +76,7 @@ def test_laws_are_searched_and_judged_and_the_same_seed_gives_the_same_hash_from
     assert hash_of(tmp_path / 'other') != values['hash']
 
 
-def test_the_laws_of_a_folder_rank_beside_the_shipped_ones_and_those_that_fail_come_last_with_their_reason(
-        track, tmp_path, capsys):
+def test_laws_of_a_folder_rank_beside_shipped_ones_and_failing_ones_last_with_a_reason(track, tmp_path, capsys):
     folder = tmp_path / 'handed_in'
     folder.mkdir()
     for name, failure in (('mine', 'pass'), ('raises', "raise ValueError('no answer')"), ('empty', "v = float('nan')")):
@@ -109,7 +108,7 @@ def test_the_laws_of_a_folder_rank_beside_the_shipped_ones_and_those_that_fail_c
 @pytest.mark.parametrize(('works', 'asked'), [
     ('gains.k == 1.0', ['--budgets', 100]), ('False', []), ('True', ['--no-tune']),
 ])
-def test_a_law_whose_search_drives_no_candidate_is_not_searched_has_no_rank_and_counts_in_no_mean(
+def test_a_law_whose_search_drives_no_candidate_has_no_rank_and_counts_in_no_mean(
     track, tmp_path, capsys, works, asked
 ):
     """Its configured gains may work, which no search has tried."""

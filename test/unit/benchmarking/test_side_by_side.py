@@ -32,7 +32,7 @@ class _Bar(contextlib.nullcontext):
         self._shown[1] += count
 
 
-def test_two_processes_give_the_hash_of_one_also_where_a_law_came_by_hand_and_after_an_interrupt(
+def test_two_processes_give_the_hash_of_one_even_with_a_law_by_hand_and_an_interrupt(
     track, tmp_path, monkeypatch, capsys
 ):
     register(LAWS['kanayama']._replace(name='by_hand'))

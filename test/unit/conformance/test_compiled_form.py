@@ -84,7 +84,7 @@ def test_products_and_safe_functions_are_equal_to_the_last_bit():
 @pytest.mark.parametrize(('step', 'offset', 'expression'), [
     (cube_step, 2, 'e1 ** 3 (write products'), (length_step, 3, 'math.hypot(e1, e2) (write math.sqrt(x * x + y * y)'),
 ])
-def test_a_difference_in_last_bits_is_a_warning_that_names_the_line_and_fails_a_law_of_the_package(
+def test_a_difference_in_last_bits_warns_with_its_line_and_fails_a_law_of_the_package(
         step, offset, expression, monkeypatch):
     pytest.importorskip('numba')
     found, (warning,) = compared(step)

@@ -41,10 +41,13 @@ def test_new_gains_do_not_jump_and_the_difference_decays_in_a_fifth_of_a_second(
 
 
 @pytest.mark.parametrize(('under_way', 'state'), [(False, HybridState()), (True, TRACKING)])
-def test_a_hybrid_law_seeks_the_cart_only_at_the_start_of_a_run_and_keeps_its_state_under_new_gains(under_way, state):
-    running = begin_law(HYBRID, DT, under_way)
-    assert running.state.law == state
-    running, _ = step(running, SEEN, DT)
+def test_a_hybrid_law_seeks_the_cart_only_at_the_start_of_a_run(under_way, state):
+    assert begin_law(HYBRID, DT, under_way).state.law == state
+
+
+@pytest.mark.parametrize('under_way', [False, True])
+def test_a_hybrid_law_keeps_its_state_under_new_gains(under_way):
+    running, _ = step(begin_law(HYBRID, DT, under_way), SEEN, DT)
     changed = change(running, HYBRID._replace(backstepping=BRISK.backstepping), DT)
     assert (changed.state, changed.gains[0]) == (running.state, BRISK.backstepping)
 

@@ -151,13 +151,20 @@ def test_absurd_gains_are_unstable_rather_than_an_overflow(name, gain):
     assert instability(VelocityGains()._replace(**{name: gain}), ROBOT, 500.0, lockstep=False)
 
 
-def test_torques_of_the_motion_alone_are_fed_forward_and_limits_do_not_wind_the_integral_up():
-    command, acceleration, age = BodyVelocity(0.4, -0.2), BodyAcceleration(0.3, 0.5), 0.008
+def fed_step(command, acceleration, age, measured, limit):
+    """Return integrals and torques of a step with feedforward from rest."""
+    return make_velocity_step(velocity_form(velocity_pi.LAW, feeds=True))(
+        VelocityState(VelocityPiState()), Asked(command, acceleration, age), measured,
+        VelocityConstants(VelocityGains(), limit, Robot()), 0.002)
+
+
+def test_without_an_error_the_torques_of_the_motion_alone_are_fed_forward():
+    acceleration, age = BodyAcceleration(0.3, 0.5), 0.008
     present = BodyVelocity(0.4 + 0.3 * age, -0.2 + 0.5 * age)
-    own = inverse_dynamics(present, acceleration, Robot())
-    step = make_velocity_step(velocity_form(velocity_pi.LAW, feeds=True))
-    for asked, when, limit, torque in ((acceleration, age, 0.0, own), (BodyAcceleration(1e2, 0.0), 0.0, 2.0, (2, 2))):
-        measured = present if limit == 0.0 else command
-        constants = VelocityConstants(VelocityGains(), limit, Robot())
-        found = step(VelocityState(VelocityPiState()), Asked(command, asked, when), measured, constants, 0.002)
-        assert found == (VelocityPiState(), torque)
+    found = fed_step(BodyVelocity(0.4, -0.2), acceleration, age, present, limit=0.0)
+    assert found == (VelocityPiState(), inverse_dynamics(present, acceleration, Robot()))
+
+
+def test_a_limit_of_the_torques_fed_forward_does_not_wind_the_integral_up():
+    velocity = BodyVelocity(0.4, -0.2)
+    assert fed_step(velocity, BodyAcceleration(1e2, 0.0), 0.0, velocity, limit=2.0) == (VelocityPiState(), (2, 2))

@@ -1,8 +1,11 @@
-"""A run of the live page is known by the parameters that it has had."""
+"""The link of the live page to the robot: its jobs, and the parameters that a run has had."""
 
 import math
+import types
 
-from mobile_robot_control.dashboard.link import RunValues
+import pytest
+
+from mobile_robot_control.dashboard.link import RobotLink, RunValues
 
 
 def test_a_run_is_known_by_the_parameters_that_it_has_had():
@@ -20,3 +23,32 @@ def test_a_run_is_known_by_the_parameters_that_it_has_had():
         assert run.shown(watched) == {
             'number': number, 'since': since, 'pose': pose, 'motion': {'position_controller.law': law},
             'values': {'plant.paused': paused, 'position_controller.law': law}}
+
+
+@pytest.fixture
+def link():
+    made = RobotLink('/')
+    made.calls = made.disturbances = types.SimpleNamespace(look=lambda: None)
+    return made
+
+
+def test_the_link_goes_on_after_the_jobs_that_wait(link):
+    done = []
+    link.calls.look = lambda: done.append('looked')
+
+    def again():
+        done.append('job')
+        link.submit(again)
+
+    link.submit(again)
+    link._do_jobs()
+    assert done == ['job', 'looked', 'looked']
+
+
+def test_the_link_passes_over_the_jobs_of_a_page_that_has_gone(link):
+    done = []
+    assert link.submit(lambda: done.append('job')).cancel()
+    answered = link.submit(lambda: 'answer')
+    link._do_jobs()
+    assert answered.result(0.0) == 'answer'
+    assert done == []

@@ -89,17 +89,22 @@ def _found(value):
 LISTED = ListParameters.Response(result=ListParametersResult(names=['mass']))
 
 
-def test_a_node_whose_answer_was_lost_is_asked_again_and_a_change_is_answered_once_its_value_is_known():
-    graph = Graph()
-    book = ParameterBook(graph, graph)
-    book.discover()
-    graph.answer(ListParameters, NoAnswerError('lost'))
+def _told(graph, book):
+    """Let the plant tell of its parameter."""
     book.discover()
     graph.answer(ListParameters, LISTED)
     graph.answer(GetParameters, _found(1.0))
     mass = ParameterDescriptor(name='mass', type=3)
     graph.answer(DescribeParameters, DescribeParameters.Response(descriptors=[mass]))
     assert book.value('plant', 'mass') == 1.0
+
+
+def test_a_node_whose_answer_was_lost_is_asked_again():
+    graph = Graph()
+    book = ParameterBook(graph, graph)
+    book.discover()
+    graph.answer(ListParameters, NoAnswerError('lost'))
+    _told(graph, book)
     book.refresh()
     graph.answer(GetParameters, NoAnswerError('lost'))
     book.discover()
@@ -108,6 +113,12 @@ def test_a_node_whose_answer_was_lost_is_asked_again_and_a_change_is_answered_on
     assert book.value('plant', 'mass') == 2.0
     book.discover()
     assert not graph.asked
+
+
+def test_a_change_is_answered_once_its_value_is_known():
+    graph = Graph()
+    book = ParameterBook(graph, graph)
+    _told(graph, book)
     answer = book.set('plant', {'mass': 3.0})
     graph.answer(SetParameters, SetParameters.Response(results=[Result(successful=True)]))
     assert not answer.done()

@@ -8,7 +8,6 @@ import types
 import pytest
 
 from mobile_robot_control.dashboard.actions import Answer
-from mobile_robot_control.dashboard.link import RobotLink
 from mobile_robot_control.dashboard.server import AccessGate, LogLines, PageServer, Served, _Session
 
 HERE = '127.0.0.1:8080'
@@ -68,23 +67,6 @@ def test_a_page_has_one_request_of_a_kind_pending_and_further_ones_are_refused_i
     refused = {text for _, good, text in answers if not good}
     assert refused == {"a request 'set' of this page has no answer yet; wait for it"}
     assert len(answers) == 202
-
-
-def test_the_link_goes_on_after_the_jobs_that_wait_and_passes_over_those_of_a_page_that_has_gone():
-    link, done = RobotLink('/'), []
-    link.calls = link.disturbances = types.SimpleNamespace(look=lambda: done.append('looked'))
-
-    def again():
-        done.append('job')
-        link.submit(again)
-
-    link.submit(again)
-    gone = link.submit(again)
-    assert gone.cancel()
-    answered = link.submit(lambda: 'answer')
-    link._do_jobs()
-    assert answered.result(0.0) == 'answer'
-    assert done == ['job', 'looked', 'looked']
 
 
 def _ask(gate, kind='http', path='/', query='', **headers):

@@ -113,10 +113,13 @@ def test_special_values_are_those_of_math_and_what_raises_there_is_not_finite_he
         assert _same(found, known) or abs(found - known) <= near * math.ulp(known), at
 
 
-def test_an_angle_of_any_size_has_a_sine_and_a_cosine_and_one_that_is_not_finite_has_none():
+def test_an_angle_of_any_size_has_a_sine_and_a_cosine():
     for angle in (1e6, 1.0000001e6, -3e9, 1e15, 2e15, 1e300):
         sine, cosine = elementary.sin_cos(angle)
         assert sine * sine + cosine * cosine == pytest.approx(1.0)
+
+
+def test_an_angle_that_is_not_finite_has_no_sine_and_no_cosine():
     assert all(map(math.isnan, (*elementary.sin_cos(math.inf), *elementary.sin_cos(math.nan))))
 
 

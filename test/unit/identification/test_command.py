@@ -56,7 +56,7 @@ def test_it_writes_a_file_and_a_page_of_a_bag_that_was_cut_off(bag, tmp_path, ca
     assert 'create3' in (report / 'identification.html').read_text()
 
 
-def test_a_model_that_is_not_usable_is_written_only_where_it_is_accepted_and_without_intervals(
+def test_an_unusable_model_is_written_only_where_it_is_accepted_and_without_intervals(
     bag, tmp_path, capsys, monkeypatch
 ):
     monkeypatch.setitem(judgement.LARGEST, judgement.GOOD, 1e-6)

@@ -87,7 +87,7 @@ def pool():
 
 
 @needs_numba
-def test_a_law_that_is_registered_again_is_compiled_anew_and_may_fail_as_the_plain_one_does(registered):
+def test_a_law_fails_compiled_as_plain_and_is_compiled_anew_when_registered_again(registered):
     registered(Law('mine', nan_at_last, Gains))
     one = make_trial(configured(), 1.0)
     (failed,), (plain,) = run_trials([one]), run_trials([one], compile_them=False)

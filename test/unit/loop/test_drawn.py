@@ -109,11 +109,14 @@ def test_a_law_that_raises_fails_its_run_alone(registered, capsys):
     assert capsys.readouterr().err.count('faces away') == 1
 
 
-def test_scenarios_and_judged_runs_are_the_same_as_rows_and_as_columns():
+def test_scenarios_are_the_same_as_rows_and_as_columns():
     drawn_scenarios = _scenarios(5, BASE)
     again = Scenarios.of([*drawn_scenarios])
     assert [*again] == [*drawn_scenarios]
     assert [*again[1:3]] == [*drawn_scenarios][1:3]
+
+
+def test_judged_runs_are_the_same_as_rows_and_as_columns():
     rows = np.array([[1.0, 0.0, 0.5, math.nan], [0.0, 2.0, math.inf, math.inf]])
     runs = JudgedRuns.of_rows(rows)
     assert [one.outcome for one in runs] == ['completed', 'law_failed']

@@ -78,7 +78,7 @@ def test_a_dead_time_is_rounded_up_to_a_velocity_period(seconds, number):
     assert periods(seconds, 2 * MS) == number
 
 
-def test_without_a_rate_a_long_dead_time_keeps_the_commands_of_the_finest_grid_that_it_can():
+def test_without_a_rate_a_long_dead_time_keeps_commands_on_the_finest_grid_that_it_can():
     # 0.2 s hold 101 commands at 500 Hz, and 51 at every second tick of four in a position period
     base = Base(dead_time=(0.2, 0.0))
     assert queue_length(base, 2 * MS, 8 * MS) == 51

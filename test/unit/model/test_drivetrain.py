@@ -59,7 +59,7 @@ def test_the_lag_is_a_first_order_one_and_its_mean_is_applied():
         assert impulse == pytest.approx(n * DT - 0.01 * reached, rel=1e-12)
 
 
-def test_with_ideal_motors_delay_limit_and_disturbance_are_those_of_the_plant_without_motors():
+def test_with_ideal_motors_delay_limit_and_disturbance_act_as_without_motors():
     plant = discretise(ROBOT, DT)
     imperfect = Imperfections(delay=Delay(1), disturbance=Disturbance(0.0, (0.001, 0.0), (0.0, 0.3)))
     old, line = turning(2.0, 1.0), empty_line(imperfect.delay)

@@ -101,7 +101,7 @@ def test_events_do_not_drift(rate, period, step, number):
     assert max(events) <= 10**9
 
 
-def test_with_all_off_the_sensors_show_what_ideal_ones_do_with_the_covariance_of_the_noise():
+def test_with_all_off_the_sensors_show_what_ideal_ones_do():
     for step in drive([BodyVelocity(0.3, 0.02 * k) for k in range(50)], noise=NOISE):
         wheels = measured_wheels(wheel_velocity(step.plant.velocity, ROBOT), NOISE, step.k)
         assert step.wheels == wheels
@@ -110,6 +110,9 @@ def test_with_all_off_the_sensors_show_what_ideal_ones_do_with_the_covariance_of
             assert step.pose == measured_pose(step.plant.pose, NOISE, step.k)
             assert step.velocity == pytest.approx(
                 odometer_motion(wheels, Calibration(0.035, 0.035, 0.35)), abs=1e-12)
+
+
+def test_with_all_off_the_covariance_is_that_of_the_noise():
     assert sensed_twist_variances(constants_of(noise=NOISE)) == pytest.approx(twist_variances(NOISE, ROBOT))
     assert sensed_pose_variances(constants_of(noise=NOISE)) == pose_variances(NOISE)
 
@@ -130,7 +133,7 @@ def test_the_twist_is_that_of_the_wheels_with_the_radii_and_the_separation_of_od
     # the difference of both radii over their mean and over the separation
     (STRAIGHT, {'radius_error': (0.01, -0.01)}, 1.0, 0.02 / 0.35),
 ])
-def test_errors_of_radius_and_separation_lengthen_and_bend_the_way(velocities, errors, length, curvature):
+def test_errors_of_radius_and_separation_lengthen_or_bend_the_way(velocities, errors, length, curvature):
     end = drive(velocities, odometry=WheelOdometry(True, **errors))[-1].pose
     turn = length * curvature
     assert end == pytest.approx((length, 0.0, 0.0) if not turn else (
@@ -186,7 +189,7 @@ def test_sensors_are_ideal_until_a_parameter_changes_but_for_slip_without_dead_r
     (WheelOdometry(rate=1e-4), 'odometry.rate = 0.0001 Hz is below 0.001 Hz; take at least 0.001 Hz, or 0 for every '
      'position tick', {'rate': 1e-3}, {'rate': 0.9e-3}),
 ])
-def test_sensors_that_keep_too_many_samples_are_refused_with_the_largest_value_that_is_not(
+def test_sensors_that_keep_too_many_samples_are_refused_with_the_largest_value_allowed(
         changed, text, accepted, refused):
     def violations(one):
         both = (one, TRUE_ODOMETRY) if isinstance(one, Encoders) else (TRUE_ANGLES, one)

@@ -196,8 +196,7 @@ CASES = {
     (Machine(coupling=True), 0.005, (1e-8, 2e-6)), (LIGHT._replace(coupling=True), 0.005, (1e-8, 1e-5)),
 ])
 @pytest.mark.parametrize('case', CASES)
-def test_steps_agree_with_a_solver_to_its_accuracy_or_to_what_substeps_of_the_coriolis_pair_leave(
-        case, machine, dt, bounds):
+def test_steps_agree_with_a_solver_but_for_what_substeps_of_the_coriolis_pair_leave(case, machine, dt, bounds):
     more, speeds, begun, asked = CASES[case]
     position, motion = differences(machine._replace(**more), dt, speeds, begun if 'time_constant' in more else asked,
                                    asked)

@@ -41,7 +41,7 @@ def test_a_unit_of_nothing_is_the_si_unit(values):
     assert readable_unit(values, 'm').name == 'm'
 
 
-def test_the_best_is_marked_and_others_that_can_be_compared_have_their_difference_to_the_first_in_one_unit():
+def test_the_best_is_marked_and_others_have_their_difference_to_the_first():
     for metrics, expected in (
             (({'energy': 12.0}, {'energy': 9.0}, {'energy': 13.5}, {'energy': None}),
              ['12 J', '★ 9 J −3 J, −25 %', '13.5 J +1.5 J, +12.5 %', '–']),
@@ -51,13 +51,22 @@ def test_the_best_is_marked_and_others_that_can_be_compared_have_their_differenc
         assert [' '.join(text(cell)) for cell in table(*metrics)['energy']] == expected
     # none is the best of equal ones
     assert not any('★' in cell for cell in table({'energy': 12.0}, {'energy': 12.0})['energy'])
+
+
+def test_true_and_measured_errors_are_not_compared():
     row = table({'max_position_error': 1.0, 'error': 'true'}, {'max_position_error': 0.5, 'error': 'measured'})
     assert [' '.join(text(cell)) for cell in row['position error, largest']] == ['1 m', '0.5 m']
     assert [' '.join(text(cell)) for cell in row['errors are those of']] == ['the true pose', 'odometry']
+
+
+def test_a_row_has_one_unit():
     for largest, shown in ((2.0, [['★', '12.3', 'mm'], ['2000', 'mm', '+1.99']]),
                            (20.0, [['★', '0.0123', 'm'], ['20', 'm', '+20']])):
         row = table({'rms_position_error': 0.0123}, {'rms_position_error': largest})['position error, RMS']
         assert [text(cell)[:3] for cell in row] == shown
+
+
+def test_the_best_has_the_largest_share_of_the_time_or_the_smallest_error():
     rows = table({'share_within_band': 0.9, 'iae': 0.5, 'settling_time': None},
                  {'share_within_band': 0.4, 'iae': 0.2, 'settling_time': 0.7})
     # the larger share of the time is the better one, and what never settles has no time to compare

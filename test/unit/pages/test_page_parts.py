@@ -190,7 +190,7 @@ def test_six_runs_are_told_apart_each_column_stands_once_and_differences_are_to_
     assert lines['difference', 1].value == pytest.approx(expected, abs=1e-6)
 
 
-def test_a_difference_of_runs_of_other_times_is_interpolated_and_ends_with_the_shorter_one():
+def test_a_difference_of_runs_is_interpolated_and_ends_with_the_shorter_one():
     first = Line(np.array([0.0, 2.0, 4.0]), np.array([0.0, 2.0, 4.0]))
     found = difference(Line(np.array([1.0, 3.0, 5.0]), np.array([1.5, 3.5, 5.5])), first)
     assert found.value[:2].tolist() == [0.5, 0.5]

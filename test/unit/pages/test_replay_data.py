@@ -93,7 +93,7 @@ def test_a_number_that_no_float_of_a_page_can_hold_is_not_known():
     np.testing.assert_array_equal(numbers(data['runs'][0]['columns']['x']), [0.0, 1.0, np.nan, np.nan])
 
 
-def test_the_path_is_a_whole_lap_where_the_cart_followed_the_curve_and_its_trace_elsewhere(series):
+def test_the_path_is_a_whole_lap_if_the_cart_followed_the_curve_and_else_its_trace(series):
     def path(parameters):
         return numbers(replay_data([Run('run', series, (), {}, parameters)])['path']['x'])
 

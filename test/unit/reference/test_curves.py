@@ -81,7 +81,7 @@ def test_deviation_9_velocities_at_the_start_by_hand(name, v_r, omega_r):
 
 
 @given(SMOOTH, TIMES, st.sampled_from([Placement(), PLACED]))
-def test_v_r_and_omega_r_are_the_derivatives_of_the_pose_and_the_acceleration_theirs(name, time, placement):
+def test_v_r_and_omega_r_are_the_derivatives_of_the_pose(name, time, placement):
     def at(t):
         return accelerated_at(CURVES[name], t, placement)
 
@@ -92,6 +92,14 @@ def test_v_r_and_omega_r_are_the_derivatives_of_the_pose_and_the_acceleration_th
     # from here on, without a jump
     turned = first_difference(lambda t: wrap_angle(at(t).pose.heading - heading), time, h=0.01)
     assert turned == pytest.approx(reference.velocity.angular, abs=1e-9)
+
+
+@given(SMOOTH, TIMES, st.sampled_from([Placement(), PLACED]))
+def test_the_acceleration_is_the_derivative_of_the_velocity(name, time, placement):
+    def at(t):
+        return accelerated_at(CURVES[name], t, placement)
+
+    reference = at(time)
     assert first_difference(lambda t: at(t).velocity.linear, time, h=0.01) == pytest.approx(
         reference.acceleration.linear, abs=1e-9)
     assert first_difference(lambda t: at(t).velocity.angular, time, h=0.01) == pytest.approx(

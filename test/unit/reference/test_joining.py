@@ -36,7 +36,7 @@ def test_a_new_path_goes_on_from_the_motion_before_or_is_refused(share, turn, as
         assert max(used_at(joined, moment, TIMING, Drive()).values()) <= 1.021
 
 
-def test_a_path_with_long_segments_changes_nothing_wherever_the_cart_is_when_it_is_sent_again():
+def test_a_path_with_long_segments_changes_nothing_whenever_it_is_sent_again():
     bent = request([(0.0, 0.0), (2.0, 0.0), (3.0, 1.0)])
     motion = plan(bent)
     for time in np.linspace(0.0, motion.period, 20, endpoint=False):

@@ -114,7 +114,7 @@ def drawn_rows(legs, x=0.0, y=0.0):
 
 @given(LEGS, st.sampled_from([0.0, 0.3]), st.sampled_from([0.0, 20.0]), st.sampled_from([0.5, 1.0]))
 @hypothesis_settings(max_examples=12)
-def test_drawn_stretches_and_turns_keep_the_limits_and_go_on_from_each_other(legs, torque, wheel, factor):
+def test_drawn_parts_of_a_path_keep_the_limits_and_go_on_from_each_other(legs, torque, wheel, factor):
     timing = TIMING._replace(max_wheel_torque=torque, max_wheel_velocity=wheel, speed_factor=factor)
     rows = drawn_rows(legs)
     motion = plan(request(rows, timing=timing))
@@ -194,8 +194,7 @@ def test_the_rest_of_a_path_with_a_cusp_changes_nothing_wherever_it_is_sent_agai
 @pytest.mark.parametrize(('heading', 'expected'), [
     (0.0, [-1.2]), (0.7, [-1.2]), (0.8, ['+134°', 1.2]), (2.0, ['+65°', 1.2]), (math.pi, ['+180°', -1.2])])
 @pytest.mark.parametrize('gap', [0.05, 0.6])
-def test_equal_headings_back_a_cart_straight_out_if_it_heads_along_them_and_a_repetition_changes_nothing(
-        heading, expected, gap):
+def test_equal_headings_back_a_cart_straight_out_along_them_and_a_repeat_changes_nothing(heading, expected, gap):
     before = Reference(Pose(0.0, 0.0, heading), BodyVelocity(0.0, 0.0))
     path = request([(*point, 0.0) for point in dense(*(row[:2] for row in STRAIGHT), gap=gap)])
     motion = join(path, before)

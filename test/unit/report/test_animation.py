@@ -20,8 +20,7 @@ def series(fuzzy):
     return collect(rollout(fuzzy, 1.0))
 
 
-def test_an_animation_has_its_frames_stays_small_and_has_bars_of_torques_only_where_they_are_known(
-        series, tmp_path, monkeypatch):
+def test_an_animation_stays_small_and_has_bars_of_torques_only_where_they_are_known(series, tmp_path, monkeypatch):
     figures, made = [], animation.Figure
     monkeypatch.setattr(animation, 'Figure', lambda **options: figures.append(made(**options)) or figures[-1])
     alone = Series({topic: series.signals[topic] for topic in ('odom', 'reference')})
@@ -32,5 +31,8 @@ def test_an_animation_has_its_frames_stays_small_and_has_bars_of_torques_only_wh
             assert picture.width > 400
         assert (tmp_path / name).stat().st_size < 200_000
     assert [len(figure.axes) for figure in figures] == [2, 1]
+
+
+def test_a_run_without_odometry_has_no_animation(tmp_path):
     with pytest.raises(ValueError, match='without odometry'):
         animation.animate(Series({}), tmp_path / 'none.gif')

@@ -36,7 +36,7 @@ def reported(folder, run):
 
 
 @pytest.mark.parametrize(('name', 'parameters'), [('noise', NOISY), ('carried forward', AHEAD)])
-def test_a_bag_has_the_true_errors_of_its_rollout_and_alone_those_that_are_called_measured(tmp_path, name, parameters):
+def test_a_bag_has_the_true_errors_of_its_rollout_and_alone_those_called_measured(tmp_path, name, parameters):
     experiment = tmp_path / name
     record(experiment / 'bag', rollout(parameters, DURATION))
     (experiment / 'parameters.yaml').write_text(configuration_text(parameters))

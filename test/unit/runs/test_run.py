@@ -97,12 +97,19 @@ def test_every_row_has_the_values_of_its_own_time():
     assert np.abs(moved - 0.001 * (rates[1:] + rates[:-1])).max() < 1e-6
 
 
-def test_where_odometry_is_not_exact_pose_and_error_are_true_and_what_was_measured_is_beside_them():
-    noisy = mrc.simulate(duration=0.5, parameters={'plant.noise.pose': (0.05, 0.05, 0.02)})
+@pytest.fixture(scope='module')
+def noisy():
+    return mrc.simulate(duration=0.5, parameters={'plant.noise.pose': (0.05, 0.05, 0.02)})
+
+
+def test_where_odometry_is_not_exact_the_tracking_error_is_true(noisy):
     assert noisy.metrics['error'] == 'true'
     assert np.abs(noisy.odometry - noisy.pose).max() > 0.01
     ended = noisy.tracking_error[:-1:5]
     assert np.sqrt(np.mean(ended[:, 0]**2 + ended[:, 1]**2)) == pytest.approx(noisy.metrics['rms_position_error'])
+
+
+def test_the_error_that_odometry_measures_is_beside_the_true_one(noisy):
     ended = noisy.measured_error[:-1]
     assert np.sqrt(np.mean(ended[:, 0]**2 + ended[:, 1]**2)) == pytest.approx(
         noisy.metrics['measured_rms_position_error'])
@@ -121,7 +128,7 @@ def test_a_law_and_a_curve_of_a_notebook_have_their_names(registered):
     assert not driven.reference[:, 1].any()
 
 
-def test_a_run_that_diverges_or_whose_law_fails_ends_there_with_a_warning_that_gives_the_remedy(registered):
+def test_a_run_that_diverges_or_whose_law_fails_ends_there_with_a_warning(registered):
     def step(state, observation, gains, dt):
         raise ValueError('no such place')
 
@@ -134,9 +141,13 @@ def test_a_run_that_diverges_or_whose_law_fails_ends_there_with_a_warning_that_g
         assert caught[0].filename == __file__
         assert ended.metrics['outcome'] == outcome
 
-def test_a_run_is_drawn_alone_and_with_others_and_prints_itself_in_a_line(run):
+
+def test_a_run_prints_itself_in_a_line(run):
     assert repr(run).startswith('<Run fuzzy, shipped gains: 251 samples, to t = 0.5 s, completed, RMS position error')
     assert '\n' not in repr(run._replace(name='a\nb'))
+
+
+def test_a_run_is_drawn_alone_and_with_others(run):
     assert run.plot()._repr_png_().startswith(b'\x89PNG')
     drawn = run.plot('errors', run._replace(name='$other'))
     assert [text.get_text() for text in drawn.axes[0].get_legend().get_texts()][-2:] == ['fuzzy', r'\$other']

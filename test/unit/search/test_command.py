@@ -101,7 +101,7 @@ def test_result_file_history_and_picture_agree(tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(('generations', 'kept'), [(4, False), (1, True)])
-def test_the_better_of_found_and_configured_gains_is_written_and_the_first_sentence_says_which(
+def test_the_better_of_found_and_configured_gains_is_written_as_the_first_sentence_says(
     tmp_path, capsys, generations, kept
 ):
     configured, output = tmp_path / 'configured.yaml', tmp_path / 'found.yaml'
@@ -161,7 +161,7 @@ def test_scenario_options_can_be_combined(tmp_path):
     assert 'worst of Eq. (29) with max tau as printed' in output.read_text()
 
 
-def test_coulomb_friction_that_differs_is_driven_through_by_scenarios_that_are_otherwise_the_same():
+def test_scenarios_of_different_coulomb_friction_are_otherwise_the_same():
     def scenarios(*words):
         request = request_of(SearchRequest, tune.parser().parse_args([
             'backstepping', '--seed', '1', '--output', 'unused.yaml', '--delays', '1', '2', '--random', '7', *words]))

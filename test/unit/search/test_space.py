@@ -136,7 +136,7 @@ def test_gains_at_an_edge_beyond_which_the_law_allows_more_are_named():
         'position_controller.backstepping.q is at the lower edge of its search, 1 to 2']
 
 
-def test_a_bound_that_the_best_gains_have_reached_is_doubled_or_halved_as_far_as_the_law_allows():
+def test_a_bound_that_the_best_gains_reach_is_doubled_or_halved_as_far_as_the_law_allows():
     # a weight lies between 1e-3 and 1e6
     genes = bounded(search_genes('lqr'), {'q1': (1.0, 7e5), 'q2': (0.5, 9.0), 'q3': (4.0, 5.0)})
     assert [(gene.low, gene.high) for gene in widened(genes[:3], [1.0, 0.001, 0.995])] == [

@@ -45,7 +45,7 @@ def test_bounds_are_doubled_until_no_gain_ends_at_one_and_other_seeds_confirm_th
     assert [one.best for one in shown] == sorted((one.best for one in shown), reverse=True)
 
 
-def test_a_gain_that_still_ends_at_an_edge_after_seven_doublings_is_told_with_what_the_last_one_has_gained():
+def test_a_gain_at_an_edge_after_seven_doublings_is_told_with_the_effect_of_the_last():
     found = search_in_stages(SETTINGS, Plan(7, 0), GENES, lambda genes: Objective(genes, lambda p, q: 1.0 + 1.0 / p))
     assert found.genes[0].high == 5.0 * 2**7
     # from 1 + 1 / 320 to 1 + 1 / 640
@@ -55,7 +55,7 @@ def test_a_gain_that_still_ends_at_an_edge_after_seven_doublings_is_told_with_wh
     assert not any('.p ' in other for other in others)
 
 
-def test_bounds_that_are_asked_for_stay_and_a_search_begins_from_the_gains_that_it_is_given():
+def test_bounds_asked_for_stay_and_a_search_begins_from_the_gains_that_it_is_given():
     begun = []
 
     def objective(genes):

@@ -16,19 +16,26 @@ SMALL = {'/**.velocity_rate': 100.0, '/**.position_rate': 50.0, 'reference_cart.
 SHORT = [word for name, value in SMALL.items() for word in ('-p', f'{name}:={value}')]
 
 
-def test_a_search_finds_what_the_command_finds_and_is_simulated_saved_reported_and_printed(tmp_path):
+@pytest.fixture(scope='module')
+def found():
+    return mrc.tune('backstepping', seed=3, parameters=SMALL, generations=3, population=6, workers=1,
+                    bounds={'k1': (0, 2), 'k2': (0, 2)}, keep=['ti1'], laps=0.8, start=[(-0.01, 0.0, 0.0)])
+
+
+def test_a_search_finds_what_the_command_finds(found, tmp_path):
     file = tmp_path / 'gains.yaml'
     assert tune.main(['backstepping', '--seed', '3', *SHORT, '--generations', '3', '--population', '6',
                       '--workers', '1', '--bounds', 'k1=0:2', '--bounds', 'k2=0:2', '--keep', 'ti1', '--laps', '0.8',
                       '--start=-0.01,0,0', '--output', str(file)]) == 0
-    found = mrc.tune('backstepping', seed=3, parameters=SMALL, generations=3, population=6, workers=1,
-                     bounds={'k1': (0, 2), 'k2': (0, 2)}, keep=['ti1'], laps=0.8, start=[(-0.01, 0.0, 0.0)])
     written = mrc.configure(load([file]))
     assert found.configuration.velocity_controller == written.velocity_controller
     assert found.configuration.position_controller == written.position_controller
     assert f'objective {found.objective!r}' in file.read_text()
     with file.with_suffix('.csv').open() as table:
         assert [float(row['best']) for row in csv.DictReader(table)] == [one.best for one in found.history]
+
+
+def test_what_a_search_has_found_is_simulated_saved_and_reported(found, tmp_path):
     assert found.parameters['velocity_controller.gains.k1'] == found.configuration.velocity_controller.gains.k1
     run = mrc.simulate(duration=0.4, parameters=SMALL | found.parameters)
     found.save(tmp_path / 'saved.yaml')
@@ -38,6 +45,9 @@ def test_a_search_finds_what_the_command_finds_and_is_simulated_saved_reported_a
     assert page.file == tmp_path / 'found' / 'gains.html'
     assert 'Before and after' in page.html
     assert mrc.configure(load([tmp_path / 'found' / 'gains.yaml'])) == found.configuration
+
+
+def test_what_a_search_has_found_prints_itself_in_a_line(found):
     found = found._replace(objective=1.25, parameters={
         'position_controller.controller_type': 'backstepping', 'position_controller.backstepping.p': 0.5,
         'velocity_controller.gains.k1': 0.25})

@@ -140,15 +140,25 @@ def test_queues_that_would_be_long_are_refused(parameters, named):
     assert violation.startswith(f'plant: {named}')
 
 
-def test_the_placement_of_an_earlier_file_does_not_count_on_a_path_and_beside_the_path_it_is_refused(tmp_path):
+@pytest.fixture
+def placed(tmp_path):
+    """Files that place a curve, that name a path, and that do both."""
     (tmp_path / 'shelves.csv').write_text('0,0\n2,0\n')
     on_path = 'curve: path, path: {file: shelves.csv}, timing: {max_linear_velocity: 1.0, max_linear_acceleration: 1.0}'
     for name, values in (('tuned', 'curve: lemniscate, scale: 2.0, period: 30.0'), ('path', on_path),
                          ('both', f'{on_path}, period: 30.0')):
         (tmp_path / f'{name}.yaml').write_text(f'/**/reference_cart: {{ros__parameters: {{{values}}}}}\n')
-    tuned, path, both = (str(tmp_path / f'{name}.yaml') for name in ('tuned', 'path', 'both'))
+    return [str(tmp_path / f'{name}.yaml') for name in ('tuned', 'path', 'both')]
+
+
+def test_the_placement_of_an_earlier_file_does_not_count_on_a_path(placed):
+    tuned, path, _ = placed
     cart = ParameterSources(files=(tuned, path)).configuration().reference_cart
     assert (cart.curve.curve, cart.curve.placement.period) == ('path', Placement().period)
+
+
+def test_a_placement_beside_a_path_is_refused(placed):
+    tuned, path, both = placed
     for files, overrides in (((tuned, both), ()), ((path,), ('reference_cart.period:=30.0',))):
         with pytest.raises(ParameterError, match=r'period = 30\.0 places a curve'):
             ParameterSources(files=files, overrides=overrides).configuration()

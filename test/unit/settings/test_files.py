@@ -86,11 +86,14 @@ def test_a_section_under_the_first_name_of_a_renamed_node_is_refused_with_the_re
     assert unreached('/robot2/camera', RENAMED) == ''
 
 
-def test_sections_and_groups_may_be_nested_and_those_of_others_are_left_out(file):
+def test_sections_and_groups_may_be_nested(file):
     text = 'fleet:\n  one:\n    plant:\n      ros__parameters:\n        duration: 5.0\n'
     assert load([file(text)], namespace='/fleet/one')['plant'] == {'duration': 5.0}
     nested = '/**:\n  ros__parameters:\n    robot:\n      mass: 9.0\n      wheel_radius: 0.04\n    robot.inertia: 2.0\n'
     assert load([file(nested)])['plant'] == {'robot.mass': 9.0, 'robot.wheel_radius': 0.04, 'robot.inertia': 2.0}
+
+
+def test_sections_and_parameters_of_others_are_left_out(file):
     others = section('rviz2', anything='goes') + section('/camera/driver', rate=30) + section('plant_2', duration=6.0)
     assert load([file(others + section('plant', duration=5.0))])['plant'] == {'duration': 5.0}
     assert not any(load([file(section('track', purpose='turns'))]).values())
@@ -133,13 +136,25 @@ def test_a_namespace_that_ros_refuses_is_named_with_the_remedy(namespace, remedy
     assert bool(fault) == bool(remedy)
 
 
-def test_later_files_and_sections_win_and_overrides_win_over_files(file):
-    first = file(section('plant', duration=1.0, real_time_factor=0.5), 'first.yaml')
-    second = file(section('/**', duration=2.0), 'second.yaml')
+@pytest.fixture
+def two(file):
+    return [file(section('plant', duration=1.0, real_time_factor=0.5), 'first.yaml'),
+            file(section('/**', duration=2.0), 'second.yaml')]
+
+
+def test_later_files_win(two):
+    first, second = two
     assert load([first, second])['plant'] == {'duration': 2.0, 'real_time_factor': 0.5}
     assert load([second, first])['plant']['duration'] == 1.0
+
+
+def test_overrides_win_over_files(two):
+    first, second = two
     assert load([first, second], ['plant.duration:=3.0'])['plant']['duration'] == 3.0
     assert load([first], ['plant.duration:=3.0', '/**.duration:=4.0'])['plant']['duration'] == 4.0
+
+
+def test_later_sections_win(file):
     shared, own = section('/**', duration=1.0), section('plant', duration=2.0)
     assert load([file(shared + own)])['plant']['duration'] == 2.0
     assert load([file(own + shared)])['plant']['duration'] == 1.0

@@ -115,7 +115,7 @@ def test_the_failures_of_a_study_are_those_of_its_table(tmp_path, capsys):
     assert f'\n{len(failed)} of 60 fail: too far from the reference over the last quarter\n' in capsys.readouterr().out
 
 
-def test_a_study_without_a_failure_names_none_and_another_takes_its_place_only_with_overwrite(tmp_path, capsys):
+def test_a_study_without_a_failure_names_none(tmp_path, capsys):
     assert run(tmp_path, 5, '--success-within', 100.0, '--settled-within', 1e3) == 0
     found, rows = read(tmp_path)
     numbers, = found['controllers'].values()
@@ -126,11 +126,20 @@ def test_a_study_without_a_failure_names_none_and_another_takes_its_place_only_w
     assert 'succeed (95 % interval' in printed
     assert ' fail' not in printed
     assert 'compared' not in printed
+
+
+def test_another_study_takes_its_place_only_with_overwrite(tmp_path, capsys):
+    assert run(tmp_path, 2) == 0
     before = (tmp_path / 'study.json').read_bytes()
     assert run(tmp_path, 2) == 2
     assert 'holds a study already; name another folder, or add --overwrite' in capsys.readouterr().err
     assert (tmp_path / 'study.json').read_bytes() == before
-    assert run(tmp_path, 3, '--overwrite', '-p', 'plant.disturbance.step:=[1e9, 1e9]') == 0
+    assert run(tmp_path, 3, '--overwrite') == 0
+    assert len(read(tmp_path)[1]) == 3
+
+
+def test_a_study_whose_runs_all_diverge_has_no_medians(tmp_path):
+    assert run(tmp_path, 3, '-p', 'plant.disturbance.step:=[1e9, 1e9]') == 0
     found, rows = read(tmp_path)
     numbers, = found['controllers'].values()
     assert (numbers['successes'], numbers['metrics']['energy']['median']) == (0, None)
@@ -204,7 +213,7 @@ def test_failures_that_odometry_shows_as_successes_are_told(tmp_path, capsys):
             'is the cause') in ' '.join(capsys.readouterr().out.split())
 
 
-def test_a_second_study_into_a_folder_is_refused_and_the_first_one_writes_its_table_at_once(
+def test_a_second_study_into_a_folder_is_refused_while_the_first_one_leaves_no_half_table(
         tmp_path, monkeypatch, capsys):
     judged_rows = engine.judged_rows
 

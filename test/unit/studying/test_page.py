@@ -114,8 +114,7 @@ def test_the_page_of_a_study_fits_and_asks_for_nothing(browser, written):
       .map(one => one.id)''') == ['starts']
 
 
-def test_the_pointer_names_a_run_a_click_replays_a_failure_and_the_table_is_sorted_by_its_heads(
-        browser, written, runs):
+def test_the_pointer_names_a_run_and_a_click_replays_a_failure(browser, written):
     browser.show(written, 1280)
     evaluate = browser.evaluate
     x, y = evaluate('''(() => { const canvas = document.querySelector(".starts canvas");
@@ -134,6 +133,12 @@ def test_the_pointer_names_a_run_a_click_replays_a_failure_and_the_table_is_sort
     # and by its button another one, in place of the first
     evaluate('document.querySelectorAll(".starts .legend button")[1].click()')
     assert evaluate('document.querySelectorAll("#replay canvas").length') == 1
+    assert browser.errors() == []
+
+
+def test_the_table_is_sorted_by_its_heads(browser, written, runs):
+    browser.show(written, 1280)
+    evaluate = browser.evaluate
     rows = '[...document.querySelectorAll("#run-table tbody tr")].map(row => row.children[0].textContent)'
     assert evaluate(rows) == [str(n) for n in range(1, 9)]
     order = sorted(range(8), key=lambda n: runs.judged[n].metrics['late_max_position_error'])

@@ -93,7 +93,7 @@ def drag(browser, figure, *fractions):
     (chain.release() if len(fractions) > 1 else chain).perform()
 
 
-def test_every_panel_is_a_chart_that_fits_light_and_dark_and_a_picture_on_paper(browser, pair):
+def test_every_panel_is_a_chart_that_fits_light_or_dark_and_a_picture_on_paper(browser, pair):
     evaluate, on_paper = browser.evaluate, [len(RUN_FIGURES), False, False, True]
     browser.show(pair, DESKTOP, scripts=False)
     assert evaluate(SHOWN) == on_paper
@@ -176,7 +176,7 @@ def test_a_click_sets_the_clock_which_moves_every_cursor_and_dragging_zooms_ever
     assert charts.evaluate('mrc.charts.range') == [0.0, DURATION]
 
 
-def test_a_run_is_switched_off_in_every_chart_by_its_name_and_others_are_shown_against_the_first(charts):
+def test_a_run_is_switched_off_in_every_chart_by_its_name(charts):
     assert {BLUE, ORANGE} <= inked(charts, 'distance')
     charts.evaluate('document.querySelector("#errors .legend .switch").focus()')
     ActionChains(charts.driver).send_keys(Keys.SPACE).perform()
@@ -186,6 +186,9 @@ def test_a_run_is_switched_off_in_every_chart_by_its_name_and_others_are_shown_a
     assert charts.evaluate('document.querySelector(".chart-bar .switch").getAttribute("aria-pressed")') == 'false'
     charts.evaluate('document.querySelector(".chart-bar .switch").click()')
     wait_until(lambda: BLUE in inked(charts, 'distance'), 30.0, 0.05)
+
+
+def test_other_runs_are_shown_against_the_first(charts):
     # differences of the other runs to the first are in place of their values
     charts.evaluate('document.querySelector("#distance").scrollIntoView()')
     differences = '[...document.querySelectorAll(".chart-bar button")].pop().click()'
@@ -196,7 +199,7 @@ def test_a_run_is_switched_off_in_every_chart_by_its_name_and_others_are_shown_a
     charts.evaluate(differences)
 
 
-def test_a_run_is_hidden_in_the_plane_and_the_plane_is_zoomed_and_dragged(charts):
+def test_the_plane_hides_a_run_by_its_name_and_is_zoomed_or_dragged(charts):
     charts.evaluate('mrc.clock.set(2)')
     plane = [charts.evaluate(PLANE)]
     for act in ('document.querySelector("#replay .switch").click()', ) * 2 + (

@@ -153,7 +153,7 @@ def test_a_run_counts_for_the_law_that_it_had_whenever_the_page_hears_of_it(open
     assert page.check('backstepping') == 'Start both from the same place.'
 
 
-def test_a_parameter_that_was_set_is_known_with_the_run_and_one_of_another_run_does_not_count(opened):
+def test_a_parameter_is_known_with_its_run_and_one_of_another_run_does_not_count(opened):
     page = opened('5_windup')
     page.begin(2)
     name = 'velocity_controller.max_wheel_torque'

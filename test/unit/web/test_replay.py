@@ -63,8 +63,8 @@ def show(browser, written):
     assert browser.requests() == shown[-1:]
 
 
-def test_six_runs_are_in_view_and_in_step_and_their_names_run_nothing_on_screen_and_on_paper(show, browser):
-    evaluate = show(6, height=800, scheme='dark')
+def test_six_runs_are_in_view_and_in_step(show):
+    evaluate = show(6, height=800)
     # answer, numbers and replay without scrolling
     for top, bottom, right, _ in evaluate(PLACES):
         assert 0 <= top < bottom <= 800
@@ -75,12 +75,23 @@ def test_six_runs_are_in_view_and_in_step_and_their_names_run_nothing_on_screen_
       return [mrc.clock.time, mrc.replay.runs.map((run) => run.columns.time[run.stateAt(1.234).trail.to]),
               mrc.replay.cartsAt(1.234).length]; })()''')
     assert (time, rows, carts) == (1.234, pytest.approx([1.23] * 6), 1)
+
+
+def test_names_of_runs_run_nothing(show):
+    evaluate = show(6)
     assert evaluate("[window.hit ?? 0, mrc.runData.runs[0].name, document.querySelectorAll('img[src=x]').length]") == [
         0, f'backstepping {HOSTILE}', 0]
-    # a screen reader finds its way
+
+
+def test_a_screen_reader_finds_its_way_in_the_light_or_the_dark(show, browser):
+    show(6, scheme='dark')
     assert browser.violations() == []
     browser.media('', 'light')
     assert browser.violations() == []
+
+
+def test_it_fits_on_paper(show, browser):
+    evaluate = show(6)
     # the width of A4
     browser.call('Emulation.setDeviceMetricsOverride', width=718, height=900, deviceScaleFactor=1, mobile=False)
     browser.media('print', 'dark')
@@ -106,8 +117,7 @@ def test_on_a_phone_nothing_overflows_and_text_has_12_pixels(show):
     assert 9 / 403 * evaluate("document.querySelector('.still img').getBoundingClientRect().width") >= 12
 
 
-def test_it_plays_to_its_end_and_again_follows_scrubber_and_keys_and_has_the_pixels_of_the_screen(
-        show, browser, written):
+def test_it_follows_scrubber_and_keys(show, browser, written):
     evaluate = show(1)
     assert evaluate('mrc.clock.time') == 0
     before, after, x = evaluate(f'''(() => {{ const scrubber = document.querySelector('.controls input');
@@ -133,7 +143,10 @@ def test_it_plays_to_its_end_and_again_follows_scrubber_and_keys_and_has_the_pix
     assert press('SPACE', 'mrc.clock.playing')
     evaluate("(mrc.clock.pause(), document.querySelector('summary').focus())")
     assert press('END') < DURATION
-    evaluate('mrc.clock.set(0)')
+
+
+def test_it_plays_to_its_end_and_again(show):
+    evaluate = show(1)
     assert evaluate('''new Promise((done) => { mrc.clock.speed = 16;
       mrc.clock.onChange((clock) => { if (clock.time >= clock.end && !clock.playing) done(clock.time); });
       document.querySelector('.play').click(); })''') == DURATION
@@ -144,6 +157,10 @@ def test_it_plays_to_its_end_and_again_follows_scrubber_and_keys_and_has_the_pix
       if (clock.playing && clock.time > 0) { clock.pause(); done(clock.time); } }); })''')
     assert 0 < again < DURATION
     assert evaluate("document.querySelector('.play').textContent").endswith('Play')
+
+
+def test_it_has_the_pixels_of_the_screen(show, browser):
+    evaluate = show(1)
     browser.call('Emulation.setDeviceMetricsOverride', width=PHONE, height=800, deviceScaleFactor=2, mobile=True)
     drawn, shown = evaluate('''new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => {
       mrc.clock.set(1); const canvas = document.querySelector('canvas');
@@ -151,7 +168,10 @@ def test_it_plays_to_its_end_and_again_follows_scrubber_and_keys_and_has_the_pix
     assert drawn == 2 * shown
     picture = base64.b64decode(evaluate(PICTURE).partition(',')[2])
     assert len(Image.open(io.BytesIO(picture)).convert('RGBA').getcolors(1 << 20)) > 20
-    # units are the same in the sentence and in the replay
+
+
+def test_units_are_the_same_in_the_sentence_and_in_the_replay(show):
+    evaluate = show(1)
     values = [0.009667, 0.0, -1.2345, 0.00001234, 0.123456, 1234.5, 9.996e-5, 5e-4, 0.0999, 2e9]
     assert evaluate(f'{values}.map(value => mrc.withUnit(value, "N m"))') == [
         readable(value, 'N m').replace('\xa0', ' ') for value in values]

@@ -42,13 +42,18 @@ def scene(browser, tmp_path):
     assert browser.errors() == []
 
 
-def test_the_view_holds_the_path_to_one_scale_and_screen_and_world_are_inverse(scene):
-    x, y, left, right, low, top, ahead, aside = scene()('''(() => {
+def test_screen_and_world_are_inverse(scene):
+    assert scene()('''(() => {
+      const made = mrc.makeScene(canvas, {robots: [robot], path});
+      return made.toWorld(...made.toScreen(0.3, -0.7)); })()''') == pytest.approx([0.3, -0.7])
+
+
+def test_the_view_holds_the_path_to_one_scale(scene):
+    left, right, low, top, ahead, aside = scene()('''(() => {
       const made = mrc.makeScene(canvas, {robots: [robot], path});
       const at = (x, y) => made.toScreen(x, y);
-      return [...made.toWorld(...at(0.3, -0.7)), at(-1, 0)[0], at(1, 0)[0], at(0, -1)[1], at(0, 1)[1],
+      return [at(-1, 0)[0], at(1, 0)[0], at(0, -1)[1], at(0, 1)[1],
               at(1, 0)[0] - at(0, 0)[0], at(0, 0)[1] - at(0, 1)[1]]; })()''')
-    assert (x, y) == pytest.approx((0.3, -0.7))
     assert 0 < left < right < 700
     assert 0 < top < low < 400
     assert ahead == pytest.approx(aside)
@@ -66,20 +71,25 @@ def test_robots_have_their_colours_and_the_first_one_is_on_top(scene, scheme, se
     assert (here, there, on_top) == (name, second, name)
 
 
-def test_wheels_turn_trails_show_large_errors_and_torques_are_bars_as_long_as_their_part_of_the_limit(scene):
-    evaluate = scene()
-    first, turned, again = evaluate('''(() => {
+def test_wheels_turn(scene):
+    first, turned, again = scene()('''(() => {
       const made = mrc.makeScene(canvas, {robots: [robot], path});
       return [0, 0.4, Math.PI / 3].map((angle) => {
         made.draw({robots: [{pose: [0, 0, 0], wheels: [angle, 0]}]}); return canvas.toDataURL(); }); })()''')
     assert turned != first == again
-    assert evaluate('''(() => {
+
+
+def test_trails_show_large_errors(scene):
+    assert scene()('''(() => {
       const made = mrc.makeScene(canvas, {robots: [robot], path: null, errorScale: 0.1});
       const trail = {x: [-1, -0.5, 0, 0.5, 1], y: [0, 0, 0, 0, 0], error: [0, 0, 0, 0.2, 0.2], from: 0, to: 4};
       made.fit(trail.x, trail.y);
       made.draw({robots: [{pose: null, trail}]});
       return [hex(...made.toScreen(-0.75, 0)), hex(...made.toScreen(0.75, 0))]; })()''') == ['#4a9bd1', '#5c0010']
-    nothing, zero, half, full, beyond, unknown = evaluate('''(() => {
+
+
+def test_torques_are_bars_as_long_as_their_part_of_the_limit(scene):
+    nothing, zero, half, full, beyond, unknown = scene()('''(() => {
       const made = mrc.makeScene(canvas, {robots: [robot], path});
       return [null, [0, 0], [0.5, -0.5], [1, -1], [7, -7], [NaN, NaN]].map((torque) => {
         made.draw({robots: [{pose: null, torque, limit: 1}]});
@@ -92,9 +102,7 @@ def test_wheels_turn_trails_show_large_errors_and_torques_are_bars_as_long_as_th
 
 
 @pytest.mark.parametrize(('scheme', 'width'), [('light', 700), ('dark', 360)])
-def test_a_drawn_path_is_coloured_by_its_speed_with_a_bar_beside_that_of_errors_and_robots_have_names(
-    scene, scheme, width
-):
+def test_a_drawn_path_has_the_colours_of_its_speed_and_a_bar_beside_that_of_errors(scene, scheme, width):
     before, after, colours, bar, slow, fast, dashed = scene(scheme)('''(() => {
       canvas.style.width = `${WIDTH}px`;
       let words = [], bar = [];
@@ -124,15 +132,17 @@ def test_a_drawn_path_is_coloured_by_its_speed_with_a_bar_beside_that_of_errors_
     assert 10 < dashed < 30
 
 
-def test_a_number_that_is_not_known_is_not_drawn_and_a_robot_far_away_is_an_arrow_that_leaves_the_view_as_it_is(scene):
-    evaluate = scene()
-    assert evaluate('''(() => {
+def test_a_number_that_is_not_known_is_not_drawn(scene):
+    assert scene()('''(() => {
       const made = mrc.makeScene(canvas, {robots: [robot, other], path: null, errorScale: 0.1});
       made.fit([NaN, Infinity], [0, 0]);
       made.draw({robots: [{pose: null, torque: null, trail: null}, {pose: [0, NaN, 0], wheels: [NaN, 1]}],
                  cart: [NaN, 0, 0]});
       return count('#d55e00') < 240 && made.toWorld(350, 200).every(Number.isFinite); })()''')
-    seen, width = evaluate('''(() => {
+
+
+def test_a_robot_far_away_is_an_arrow_that_leaves_the_view_as_it_is(scene):
+    seen, width = scene()('''(() => {
       const made = mrc.makeScene(canvas, {robots: [robot], path});
       made.fit([1e6], [0]);
       made.draw({robots: [{pose: [1e6, 0, 0]}]});

@@ -23,11 +23,16 @@ def _command(law, *error):
                                    BodyVelocity(0.0, 0.0)), None, math.inf)
 
 
-def test_the_approach_keeps_the_limits_of_the_command_and_a_law_that_has_failed_does_not_approach():
+def test_the_approach_keeps_the_limits_of_the_command():
     control = PositionControl(limits=Limits(linear_velocity=0.15, linear_acceleration=2.0))
     law = _runner(control)
     linear = [law.approach(AHEAD, 0.2, control).linear for _ in range(6)]
     assert linear == pytest.approx([0.04, 0.08, 0.12, 0.15, 0.15, 0.15])
+
+
+def test_a_law_that_has_failed_does_not_approach():
+    control = PositionControl()
+    law = _runner(control)
     _command(law, math.nan, 0.0, 0.0)
     assert law.failure
     assert law.approach(AHEAD, 0.2, control) == (0.0, 0.0)

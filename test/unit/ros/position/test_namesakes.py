@@ -56,9 +56,7 @@ class Controller:
 
 @pytest.mark.parametrize('found', [2.2, 9.0])
 @pytest.mark.parametrize('begins', [0.3, 2.0])
-def test_the_younger_controller_stands_aside_however_late_it_finds_the_other_one_and_both_do_if_they_begin_together(
-    monkeypatch, begins, found
-):
+def test_the_younger_controller_stands_aside_and_both_do_if_they_begin_together(monkeypatch, begins, found):
     now = [0.0]
     monkeypatch.setattr(namesakes, 'time', types.SimpleNamespace(monotonic=lambda: now[0]))
     monkeypatch.setattr(namesakes, 'create_steady_timer', lambda _, look, node: setattr(node, 'look', look))

@@ -20,7 +20,7 @@ STILL = BodyVelocity(0.0, 0.0)
 V, OMEGA, DT = 0.4, 0.8, 0.02
 
 
-def test_in_lockstep_repeats_are_counted_from_the_first_on_and_a_time_of_sampling_tells_the_age():
+def test_in_lockstep_repeats_are_counted_from_the_first_on():
     age = OdomAge(Shared(position_rate=100.0))
     ages = []
     for step, x in enumerate([1.0, 1.0, 1.0, 1.1, 1.1]):
@@ -30,12 +30,15 @@ def test_in_lockstep_repeats_are_counted_from_the_first_on_and_a_time_of_samplin
     age.begin_run()
     age.note_odometry(0, POSE._replace(x=1.1), VELOCITY)
     assert age.at(0, 0.0) == 0.0
+
+
+def test_a_time_of_sampling_tells_the_age_of_odometry():
     sampled = OdomAge(Shared(odometry_stamped='sampled'))
     sampled.note_step(100 * MS, POSE, VELOCITY, 40 * MS)
     assert [sampled.at(100 * MS, latency) for latency in (0.0, 0.01)] == pytest.approx([0.06, 0.07])
 
 
-def test_on_the_wall_clock_a_sample_with_a_new_stamp_is_as_old_as_it_was_and_the_reference_moves_on_to_now():
+def test_on_the_wall_clock_a_repeated_sample_with_a_new_stamp_is_as_old_as_it_was():
     age = WallClockOdomAge(Shared(lockstep=False, stamp_tolerance=0.5))
     age.note_odometry(1000 * MS, POSE, VELOCITY)
     age.note_odometry(1030 * MS, POSE, VELOCITY)
@@ -43,6 +46,10 @@ def test_on_the_wall_clock_a_sample_with_a_new_stamp_is_as_old_as_it_was_and_the
     age.note_odometry(1050 * MS, POSE._replace(y=2.1), VELOCITY)
     # not older than any message may be, and not of the future
     assert [age.at(now * MS, 0.02) for now in (1060, 9000, 1000)] == pytest.approx([0.03, 0.5, 0.0])
+
+
+def test_on_the_wall_clock_the_reference_moves_on_to_now():
+    age = WallClockOdomAge(Shared(lockstep=False, stamp_tolerance=0.5))
     reference = Reference(POSE, BodyVelocity(0.5, 0.0))
     assert age.present(reference, 20 * MS) == Reference(Pose(1.01, 2.0, 0.0), BodyVelocity(0.5, 0.0))
     assert age.present(reference, -20 * MS) == reference
@@ -87,7 +94,7 @@ def _drive(twist, velocity, begin, end, aside=0.0):
 
 
 @pytest.mark.parametrize('wrong', [STILL, BodyVelocity(-V, OMEGA), BodyVelocity(V, 0.0), BodyVelocity(V * 2.0, OMEGA)])
-def test_a_twist_that_contradicts_is_replaced_within_a_second_and_taken_again_where_it_agrees(wrong):
+def test_a_twist_that_contradicts_is_replaced_within_a_second_until_it_agrees_again(wrong):
     twist, told = _twist()
     assert _drive(twist, wrong, 0, 100)[-1] == pytest.approx((V, OMEGA), rel=1e-3)
     words, = told
@@ -97,7 +104,7 @@ def test_a_twist_that_contradicts_is_replaced_within_a_second_and_taken_again_wh
     assert told[1:] == ['the twist of odom agrees with its poses again']
 
 
-def test_a_twist_is_taken_as_it_is_where_it_agrees_also_at_rest_and_after_a_jump_in_time_or_place():
+def test_a_twist_that_agrees_is_taken_as_it_is_also_at_rest_and_after_a_jump():
     twist, told = _twist()
     # after 40 samples a reset, from which it drives on along the same circle
     for begin, end, aside in ((0, 40, 0.0), (40, 500, 0.8)):
@@ -153,7 +160,7 @@ def test_one_pose_that_jumps_is_told_with_its_size_and_the_twist_stays_trusted(r
 
 
 @pytest.mark.parametrize('rate', RATES)
-def test_gaps_and_noise_are_no_jumps_and_no_lie_of_the_twist(rate):
+def test_gaps_and_noise_count_neither_as_jumps_nor_as_a_lie_of_the_twist(rate):
     for seed in range(5):
         assert _wander(seed, rate, lost=[(0.7, 1.0), (1.5, 1.8), (3.1, 3.4)]) == ([], True, [])
         assert _wander(seed, rate, noise=0.004, lost=[(1.5, 1.8)]) == ([], True, [])

@@ -73,7 +73,7 @@ class Driving:
 
 @pytest.mark.parametrize('in_conflict', [False, True])
 @pytest.mark.parametrize('silence', [0.2, 2.0, 20.0])
-def test_a_base_that_dies_stops_the_robot_if_odometry_begins_anew_and_drives_on_if_it_does_not(silence, in_conflict):
+def test_a_base_that_dies_stops_the_robot_only_if_its_odometry_begins_anew(silence, in_conflict):
     for where, pose in RETURNS.items():
         driving = Driving(in_conflict)
         driving.drive()

@@ -60,13 +60,19 @@ def test_stamps_that_no_message_of_some_seconds_explains_are_told_once(make, age
     assert run(monitor, [0.0]) == []
 
 
-def test_messages_that_are_sometimes_late_are_not_told_nor_what_is_configured_or_of_a_simulated_clock(make):
+def test_messages_that_are_late_sometimes_or_a_little_are_not_told(make):
     for ages in ([0.001, 0.4], [-0.005], [0.09], []):
         assert run(make()[0], ages) == []
+
+
+def test_a_latency_that_is_configured_is_not_told(make):
     monitor, _, _ = make()
     monitor.latencies['odom'] = 0.2
     assert run(monitor, [0.25]) == []
-    assert run(make(is_simulated=True)[0], [-0.1]) == []  # which goes on in steps
+
+
+def test_stamps_ahead_of_a_simulated_clock_which_goes_on_in_steps_are_not_told(make):
+    assert run(make(is_simulated=True)[0], [-0.1]) == []
 
 
 def test_refused_messages_are_logged_at_most_every_two_seconds_for_each_topic_and_reason(monkeypatch):

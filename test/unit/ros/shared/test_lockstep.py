@@ -115,11 +115,14 @@ def test_a_repeated_question_is_answered_by_the_same_numbers_without_a_step():
     assert (node.published[-1], node.driver.accepted) == (last, P)
 
 
-def test_a_command_holds_until_the_next_position_tick_with_its_age_from_which_live_changes_act():
+def test_a_command_holds_with_its_age_until_the_next_position_tick():
     node = _velocity_at(2 * P + D)
     assert [(stamp, *its['cmd_vel']) for stamp, _, its in node.published[-3:]] == [
         (2 * P - D, P, 2 * P, P - D), (2 * P, 2 * P, 4 * P, 0), (2 * P + D, 2 * P, 4 * P, D)]
-    assert node.changes == [0, P // D, 2 * P // D]
+
+
+def test_live_changes_act_from_a_position_tick_on():
+    assert _velocity_at(2 * P + D).changes == [0, P // D, 2 * P // D]
 
 
 def test_a_command_is_waited_for_and_its_first_numbers_count():
@@ -132,7 +135,7 @@ def test_a_command_is_waited_for_and_its_first_numbers_count():
     assert node.used('cmd_vel') == 1.0
 
 
-def test_a_restarted_velocity_controller_joins_between_position_ticks_by_a_repeated_command():
+def test_a_restarted_velocity_controller_joins_between_ticks_by_a_repeated_command():
     node = Counting(VELOCITY)
     assert node.take('joint_states', P + D) == ([], [])
     assert node.take('cmd_vel', P) == ([(P + D, 1)], ['JOIN', 'joins'])
@@ -175,11 +178,14 @@ def test_a_reference_cart_compares_the_question_alone():
     assert node.take('odom', 0, 2.0) == ([(0, 1)], ['other odom', 'START', 'begins'])
 
 
-def test_of_a_run_that_ended_early_no_command_is_left_and_of_two_first_questions_the_second_counts():
+def test_of_a_run_that_ended_early_no_command_is_left():
     node = _velocity_at(2 * D)
     assert node.take('joint_states', 0) == ([], [])
     assert node.take('cmd_vel', 0, 5.0) == ([(0, 1)], ['START', 'begins'])
     assert node.used('cmd_vel') == 5.0
+
+
+def test_of_two_first_questions_the_second_counts():
     twice = Counting(POSITION)
     for value in (1.0, 2.0):
         twice.take('odom', 0, value)

@@ -96,9 +96,7 @@ def test_other_inputs_are_left_out_when_they_are_old():
         assert robot.tick() == did
 
 
-def test_a_robot_that_is_held_rests_and_resumes_and_stands_at_the_end_if_it_has_driven(robot):
-    robot.driver.close()
-    assert robot.did == []
+def test_a_robot_that_is_held_rests_and_resumes(robot):
     robot.held = True
     assert robot.tick() == ['rest']
     robot.take('wheels', 'command')
@@ -108,6 +106,13 @@ def test_a_robot_that_is_held_rests_and_resumes_and_stands_at_the_end_if_it_has_
     assert robot.tick() == ['rest']
     robot.held = False
     assert robot.tick() == ['resume', 'wc']
+
+
+def test_a_robot_stands_at_the_end_if_it_has_driven(robot):
+    robot.driver.close()
+    assert robot.did == []
+    robot.take('wheels', 'command')
+    robot.tick()
     robot.did = []
     robot.driver.close()
     assert robot.did == ['rest']
