@@ -4,7 +4,7 @@ from mobile_robot_control.benchmarking.benchmark import benchmark as benchmark
 from mobile_robot_control.control.law import Law as Law
 from mobile_robot_control.control.law import NoState as NoState
 from mobile_robot_control.control.laws import LAWS as LAWS
-from mobile_robot_control.identification.identify import identify as identify
+from mobile_robot_control.identification.request import identify as identify
 from mobile_robot_control.identification.result import Identification as Identification
 from mobile_robot_control.jit import jitable as jitable
 from mobile_robot_control.parameters.declaration import Field as Field
@@ -12,7 +12,7 @@ from mobile_robot_control.parameters.declaration import ParameterError as Parame
 from mobile_robot_control.parameters.declaration import rule as rule
 from mobile_robot_control.parameters.plugins import register as register
 from mobile_robot_control.planning.planning import Plan as Plan
-from mobile_robot_control.planning.planning import plan as plan
+from mobile_robot_control.planning.request import plan as plan
 from mobile_robot_control.quantities import BodyVelocity as BodyVelocity
 from mobile_robot_control.quantities import Observation as Observation
 from mobile_robot_control.quantities import Pose as Pose
@@ -23,10 +23,10 @@ from mobile_robot_control.reference.curves import Curve as Curve
 from mobile_robot_control.reference.curves import CurvePoint as CurvePoint
 from mobile_robot_control.runs.metrics import summary as summary
 from mobile_robot_control.runs.reading import load as load
+from mobile_robot_control.runs.request import simulate as simulate
 from mobile_robot_control.runs.rollout import measure as measure
 from mobile_robot_control.runs.rollout import rollout as rollout
 from mobile_robot_control.runs.run import Run as Run
-from mobile_robot_control.runs.simulation import simulate as simulate
 from mobile_robot_control.search.result import Tuned as Tuned
 from mobile_robot_control.search.tune import tune as tune
 from mobile_robot_control.settings.configure import configure as configure

@@ -17,10 +17,10 @@ from page_part import PagePart, table_row
 
 from mobile_robot_control.benchmarking.benchmark import benchmarked, write_benchmark
 from mobile_robot_control.benchmarking.cell import CONFIGURED, FED, Cell, runs_of
-from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest
 from mobile_robot_control.benchmarking.judged_table import NAME, judged_table, write_judged_table
 from mobile_robot_control.benchmarking.picture import ratios_figure
 from mobile_robot_control.benchmarking.ranking import RANKED, quantile
+from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest
 from mobile_robot_control.benchmarking.run_cell import Work, driven_again
 from mobile_robot_control.benchmarking.table import (
     COLUMNS,

@@ -6,9 +6,9 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, Done
 from mobile_robot_control.benchmarking.judged_table import NAME, judged_table, runs_table, write_judged_table
 from mobile_robot_control.benchmarking.page import write_benchmark_page
+from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest, Done
 from mobile_robot_control.benchmarking.table import (
     COLUMNS,
     benchmark_table,

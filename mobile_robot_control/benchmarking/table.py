@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from mobile_robot_control.benchmarking.cell import CONFIGURED, FED, NOT_SEARCHED, SEARCHED, Cell, runs_of, was_searched
-from mobile_robot_control.benchmarking.engine import Benchmark, Done, published_rows
 from mobile_robot_control.benchmarking.judged_table import csv_text, horizons_of
 from mobile_robot_control.benchmarking.ranking import (
     LEAST_SUCCESS,
@@ -27,6 +26,7 @@ from mobile_robot_control.benchmarking.ranking import (
     rank_ranges,
     ratios,
 )
+from mobile_robot_control.benchmarking.request import Benchmark, Done, published_rows
 from mobile_robot_control.conformance.laws import is_repeatable
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
 from mobile_robot_control.elementary import ARITHMETIC, exp

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from mobile_robot_control.benchmarking.cell import Cell, gains_of
-from mobile_robot_control.benchmarking.engine import Benchmark, Done
+from mobile_robot_control.benchmarking.request import Benchmark, Done
 from mobile_robot_control.benchmarking.run_cell import with_gains
 from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.experiment.folders import experiment_folders

@@ -25,16 +25,9 @@ from mobile_robot_control.search.tune import refuse_files
 from mobile_robot_control.settings.configure import File, parameter_sources
 from mobile_robot_control.settings.nodes import Configuration, has_exact_odometry
 from mobile_robot_control.settings.provenance import call_text, provenance
-from mobile_robot_control.studying.engine import (
-    StudiedController,
-    StudyRequest,
-    run_study,
-    studied_controllers,
-    study_columns,
-    study_drawing,
-    study_values,
-)
+from mobile_robot_control.studying.engine import StudiedController, run_study, study_columns, study_values
 from mobile_robot_control.studying.page import Judgement, StudiedRuns, chosen_runs, starts_figure, write_study_page
+from mobile_robot_control.studying.request import StudyRequest, studied_controllers, study_drawing
 from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.system.progress import StagedBar
 from mobile_robot_control.system.texts import printable

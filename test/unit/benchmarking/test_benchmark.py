@@ -18,7 +18,7 @@ import pytest
 import mobile_robot_control as mrc
 from mobile_robot_control.benchmarking import command as benchmark
 from mobile_robot_control.benchmarking import side_by_side
-from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest
+from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest
 from mobile_robot_control.benchmarking.table import is_first, last_summary
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop import batch

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.benchmarking.engine import published_rows
+from mobile_robot_control.benchmarking.request import published_rows
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.path_parameters import Timing
