@@ -34,11 +34,11 @@ class BenchmarkRequest(NamedTuple):
     """What a benchmark is asked for."""
 
     sources: ParameterSources
-    laws: Annotated[tuple[str, ...], Field('', 'position laws to compare; all, with those of --law, if left out',
+    laws: Annotated[tuple[str, ...], Field('', 'position laws to compare; all, with your own, if left out',
                                            choices=LAWS)] = ()
     tracks: Annotated[tuple[str, ...], Field('', 'tracks of this package by name, or files of your own; all of this '
                                              'package, if left out')] = ()
-    seed: Annotated[int, Field('', 'of the scenarios that search and judge, and of the search', minimum=0,
+    seed: Annotated[int, Field('', 'seed of the searches and of all scenarios', minimum=0,
                                maximum=LARGEST_SEED)] = _FIRST_SEED
     seeds: Annotated[tuple[int, ...], Field('', 'several seeds instead: how ranks depend on the draw', minimum=0,
                                             maximum=LARGEST_SEED)] = ()
@@ -54,7 +54,7 @@ class BenchmarkRequest(NamedTuple):
     tune: Annotated[bool, Field('', 'take gains as configured, and search for none')] = True
     scenarios: Annotated[int, Field('', 'scenarios of a search', minimum=1, maximum=1000)] = 8
     runs: Annotated[int, Field('', 'scenarios that judge', minimum=2, maximum=100_000)] = 100
-    against: Annotated[str | None, Field('', f'{NAME} of another benchmark: the laws of --law alone are searched and '
+    against: Annotated[str | None, Field('', f'another benchmark, as its {NAME}: only your own laws are searched and '
                                          'driven, with its seeds, budgets and scenarios, and ranked among its laws')
                        ] = None
     where: Annotated[Workers, INLINE] = Workers()

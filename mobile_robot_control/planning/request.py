@@ -5,7 +5,7 @@ from os import fspath
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.parameters.requests import Reader, takes_fields
 from mobile_robot_control.planning.planning import Plan, plan_of
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
@@ -31,6 +31,7 @@ def make_plan(request: PlanRequest, command_line: str) -> Plan:
     return plan_of(request.configuration(), command_line)
 
 
+@takes_fields(PlanRequest)
 def plan(
     file: File, *files: File, robot: File | None = None, parameters: Mapping[str, object] | None = None
 ) -> Plan:
@@ -39,8 +40,6 @@ def plan(
 
     Parameters
     ----------
-    file : path
-        CSV or YAML file of waypoints.
     *files : path
         ROS 2 parameter files, later ones win.
     robot : str or path or None

@@ -10,7 +10,7 @@ from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.loop.scenarios import ONE_RUN, check_run_length
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.parameters.requests import make_request
+from mobile_robot_control.parameters.requests import make_request, takes_fields
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import measure, rollout
 from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
@@ -126,6 +126,7 @@ class Simulation:
         }[run.outcome])
 
 
+@takes_fields(SimulationRequest)
 def simulate(
     *files: File, duration: float, robot: File | None = None, parameters: Mapping[str, object] | None = None,
     name: str | None = None, progress: bool = False,
@@ -140,8 +141,6 @@ def simulate(
     ----------
     *files : path
         ROS 2 parameter files, later ones win; without any, the defaults.
-    duration : float
-        Simulated time [s].
     robot : str or path or None
         A robot of this package, or the parameter file of one; read before the files.
     parameters : mapping of str to object or None

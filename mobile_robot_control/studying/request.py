@@ -29,7 +29,7 @@ from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader, read_bounds
 from mobile_robot_control.reference.curves import CURVES, PATH
-from mobile_robot_control.settings.configure import ParameterSources
+from mobile_robot_control.settings.configure import File, ParameterSources
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.studying.comparison import COMPARED
 from mobile_robot_control.studying.maps import check_map, on_a_map
@@ -150,9 +150,9 @@ class StudyRequest(NamedTuple):
                                              'by default 0.2, or 0 with robot_uncertainty', minimum=0.0,
                                              below=1.0)] = None
     robot_uncertainty: Annotated[str | None, Field('', 'parameter file of identify: each run draws a robot from '
-                                                   'its covariance, the same for all controllers; also serves as '
-                                                   '--robot where none is named'),
-                                 Reader(fspath, 'FILE.yaml')] = None
+                                                   'its covariance, the same for all controllers; it is the '
+                                                   'robot, too, where none is named'),
+                                 Reader(fspath, 'FILE.yaml', python=File)] = None
     noise_pose: Annotated[tuple[float, ...], Field('', 'replaces noise.pose: x, y [m] and heading [rad]', minimum=0.0,
                                                    length=3)] = ()
     noise_velocity: Annotated[float | None, Field('rad/s', 'replaces noise.velocity', minimum=0.0)] = None
@@ -166,10 +166,10 @@ class StudyRequest(NamedTuple):
                                            'successful run', above=0.0)] = WITHIN
     settled_within: Annotated[float, Field('m', 'error band of settling_time and share_within_band', above=0.0)] = BAND
     map: Annotated[tuple[tuple[str, tuple[float, float]], ...], Field(
-        '', 'two quantities with bounds, such as x=-1:1 y=-1:1: the runs lie on a square grid over both, and have all '
-        "else in common, with the first curve and scale; the start's x, y [m] and heading [rad], the factors mass and "
-        'friction, or parameters of the plant, such as plant.base.lag[0]', length=2),
-        Reader(read_bounds, 'NAME=LOW:HIGH')] = ()
+        '', 'two quantities with bounds: the runs lie on a square grid over both, and have all else in common, with '
+        "the first curve and scale; the start's x, y [m] and heading [rad], the factors mass and friction, or "
+        'parameters of the plant, such as plant.base.lag[0]', length=2),
+        Reader(read_bounds, 'NAME=LOW:HIGH', example='x=-1:1 y=-1:1', python=Mapping[str, tuple[float, float]])] = ()
     where: Annotated[Workers, INLINE] = Workers()
 
     @property
