@@ -6,16 +6,12 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from mobile_robot_control.benchmarking.cell_result import Done, DrivenPath
 from mobile_robot_control.benchmarking.judged_table import NAME, judged_table, runs_table, write_judged_table
 from mobile_robot_control.benchmarking.page import write_benchmark_page
-from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest, Done
-from mobile_robot_control.benchmarking.table import (
-    COLUMNS,
-    benchmark_table,
-    benchmark_values,
-    latex_table,
-    summary_lines,
-)
+from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest
+from mobile_robot_control.benchmarking.table import COLUMNS, benchmark_table, benchmark_values
+from mobile_robot_control.benchmarking.words import latex_table, summary_lines
 from mobile_robot_control.parameters.requests import make_request, refuse_files, takes_fields
 from mobile_robot_control.runs.run import as_dataframe
 from mobile_robot_control.settings.configure import File, parameter_sources
@@ -105,10 +101,10 @@ def write_benchmark(made: Benchmarked, folder: Path, seconds: float | None = Non
     from mobile_robot_control.benchmarking.picture import ratios_figure, save_picture  # noqa: PLC0415
 
     folder.mkdir(parents=True, exist_ok=True)
-    pictures: dict[str, dict[str, Any]] = {}
-    for cell, found in made.done:
+    paths: dict[str, dict[str, DrivenPath | None]] = {}
+    for cell, result in made.done:
         if not cell.feedforward:
-            pictures.setdefault(cell.track.name, {}).setdefault(cell.law, found['drawn'])
+            paths.setdefault(cell.track.name, {}).setdefault(cell.law, result.path)
     beside = {'seconds': seconds, 'provenance': made.provenance}
     write_atomically(folder / 'benchmark.json', json.dumps({**made.values, **beside}, indent=1) + '\n')
     write_atomically(folder / 'benchmark.csv', benchmark_table(made.values))
@@ -117,7 +113,7 @@ def write_benchmark(made: Benchmarked, folder: Path, seconds: float | None = Non
     write_atomically(folder / 'benchmark.tex', latex_table(made.values))
     figure = ratios_figure(made.values)
     svg = save_picture(figure, folder / 'benchmark.pdf') if figure else ''
-    write_benchmark_page(folder / 'benchmark.html', made.values, pictures, svg, made.provenance)
+    write_benchmark_page(folder / 'benchmark.html', made.values, paths, svg, made.provenance)
     return folder / 'benchmark.html'
 
 
