@@ -7,12 +7,11 @@ from setuptools import find_packages, setup
 PACKAGE = 'mobile_robot_control'
 NODES = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
 COMMANDS = {
-    'simulate': 'runs.simulation', 'experiment': 'experiment.command', 'report': 'report.reports',
-    'tune': 'search.command', 'study': 'studying.command', 'benchmark': 'benchmarking.command',
-    'plan': 'planning.command', 'excite': 'experiment.excite', 'identify': 'identification.command',
-    'dashboard': 'dashboard.serving',
+    'simulate': 'runs', 'experiment': 'experiment', 'report': 'report', 'tune': 'search', 'study': 'studying',
+    'benchmark': 'benchmarking', 'plan': 'planning', 'excite': 'excitation', 'identify': 'identification',
+    'dashboard': 'dashboard',
 }
-"""The module of each command."""
+"""The folder of each command, whose `command.py` has its `main`."""
 
 
 def config_files():
@@ -93,7 +92,7 @@ setup(
     entry_points={
         'console_scripts': [
             *(f'{node} = {PACKAGE}.ros.start.executables:{node}' for node in NODES),
-            *(f'{command} = {PACKAGE}.{module}:main' for command, module in COMMANDS.items()),
+            *(f'{command} = {PACKAGE}.{folder}.command:main' for command, folder in COMMANDS.items()),
         ],
     },
 )

@@ -12,11 +12,11 @@ from mobile_robot_control.version import __version__
 
 _HOMES = {
     # the commands as functions that return arrays
-    'simulate': 'runs.simulation', 'load': 'runs.reading', 'tune': 'search.tune', 'study': 'studying.study',
+    'simulate': 'runs.request', 'load': 'runs.reading', 'tune': 'search.tune', 'study': 'studying.study',
     'benchmark': 'benchmarking.benchmark',
     'Benchmarked': 'benchmarking.benchmark',
-    'plan': 'planning.planning', 'Run': 'runs.run', 'Tuned': 'search.result', 'Study': 'studying.study',
-    'Plan': 'planning.planning', 'identify': 'identification.identify', 'Identification': 'identification.result',
+    'plan': 'planning.request', 'Run': 'runs.run', 'Tuned': 'search.result', 'Study': 'studying.study',
+    'Plan': 'planning.planning', 'identify': 'identification.request', 'Identification': 'identification.result',
     # a run, sample by sample
     'configure': 'settings.configure', 'Configuration': 'settings.nodes',
     'ParameterError': 'parameters.declaration', 'rollout': 'runs.rollout', 'measure': 'runs.rollout',

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Collection, Sequence
 from typing import Any, NoReturn, TypeVar
 
-from mobile_robot_control.parameters.declaration import ParameterError, describe_bounds, nearest
+from mobile_robot_control.parameters.declaration import ParameterError, nearest
 from mobile_robot_control.parameters.plugins import load_plugins
 from mobile_robot_control.parameters.requests import Option, assemble, options_of
 from mobile_robot_control.settings.configure import ParameterSources
@@ -146,13 +146,12 @@ def _form(option: Option) -> str:
 
 def _help(option: Option) -> str:
     """Return the description of an option, with its unit, its bounds and its default."""
-    field, default = option.field, option.default
-    unit = f' [{field.unit}]' if field.unit else ''
-    bounds = '' if option.kind is bool else describe_bounds(field._replace(unit='', length=None))
+    default, reader = option.default, option.reader
     shown = ('' if default in (None, ()) or option.kind is bool else ' '.join(map(str, default)) if option.is_several
              else default)
-    more = [*filter(None, [bounds]), *([f'default {shown}'] if shown != '' else [])]
-    return (f'{field.description}{unit}' + (f' ({"; ".join(more)})' if more else '')).replace('%', '%%')
+    more = [*([f'for example {reader.example}'] if reader and reader.example else []), *filter(None, [option.bounds]),
+            *(['may be repeated'] if reader and reader.again else []), *([f'default {shown}'] if shown != '' else [])]
+    return (option.meaning + (f' ({"; ".join(more)})' if more else '')).replace('%', '%%')
 
 
 def _element(option: Option) -> Callable[[str], Any]:

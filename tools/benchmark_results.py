@@ -16,21 +16,15 @@ from law_searches import NAMES
 from page_part import PagePart, table_row
 
 from mobile_robot_control.benchmarking.benchmark import benchmarked, write_benchmark
-from mobile_robot_control.benchmarking.cell import CONFIGURED, FED, Cell, runs_of
-from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest
+from mobile_robot_control.benchmarking.cell import Cell
+from mobile_robot_control.benchmarking.cell_result import CONFIGURED, FED, BudgetResult, CellResult
 from mobile_robot_control.benchmarking.judged_table import NAME, judged_table, write_judged_table
 from mobile_robot_control.benchmarking.picture import ratios_figure
 from mobile_robot_control.benchmarking.ranking import RANKED, quantile
+from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest
 from mobile_robot_control.benchmarking.run_cell import Work, driven_again
-from mobile_robot_control.benchmarking.table import (
-    COLUMNS,
-    is_first,
-    last_summary,
-    law_text,
-    number_text,
-    place_text,
-    rank_text,
-)
+from mobile_robot_control.benchmarking.table import COLUMNS, is_first, last_summary
+from mobile_robot_control.benchmarking.words import law_text, number_text, place_text, rank_text
 from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.figures.palette import save
 from mobile_robot_control.loop.workers import Workers, runner
@@ -85,14 +79,13 @@ def rows_of(store: Path) -> list[dict[str, str]]:
         return [*csv.DictReader(file)]
 
 
-def cells_of(rows: Iterable[Mapping[str, str]]) -> Iterator[tuple[Cell, dict[str, Any]]]:
+def cells_of(rows: Iterable[Mapping[str, str]]) -> Iterator[tuple[Cell, BudgetResult]]:
     """Yield the cells of rows of the CSV, each with its gains."""
     cells = {(cell.track.name, cell.law, cell.seed, cell.feedforward): cell for cell in _asked().cells}
     for row in rows:
         gains = (one.partition(' = ') for one in row['values'].split('; ') if one)
-        yield cells[row['track'], row['law'], int(row['seed']), row['gains'] == FED], {
-            'budget': int(row['budget']), 'reason': row['reason'],
-            'gains': {name: ast.literal_eval(value) for name, _, value in gains}}
+        yield cells[row['track'], row['law'], int(row['seed']), row['gains'] == FED], BudgetResult(
+            int(row['budget']), row['reason'], gains={name: ast.literal_eval(value) for name, _, value in gains})
 
 
 def drive_again(store: Path) -> None:
@@ -101,13 +94,13 @@ def drive_again(store: Path) -> None:
     with runner(Workers(workers=1)) as run, tqdm(total=len(rows), unit='result') as bar:
         for row, (cell, result) in zip(rows, cells_of(rows), strict=True):
             work = Work(run, store, lambda _: None, lambda: False)
-            found = driven_again(cell, result, work) if result['gains'] else result
-            judged = runs_of(found, cell.runs)
+            driven = driven_again(cell, result, work) if result.gains else result
+            judged = driven.runs(cell.runs)
             errors = judged.metrics[RANKED][judged.success].tolist() if judged else []
             if (row['successes'], row['rms']) != (str(len(errors)) if judged else '', str(quantile(errors, 0.5) or '')):
                 raise SystemExit(f'{store.with_suffix(".csv")}: {row["law"]} on {row["track"]}, seed {row["seed"]}: '
                                  'its gains give other runs now; remove the file, and the benchmark runs again')
-            done.append((cell, {'results': [found]}))
+            done.append((cell, CellResult([driven])))
             bar.update()
     digits = json.loads(store.read_text(encoding='utf-8'))['hash']
     write_judged_table(store.with_name(NAME), judged_table(done, digits))

@@ -11,5 +11,5 @@ def command_modules() -> dict[str, str]:
     for node in ast.parse(_SETUP.read_text(encoding='utf-8')).body:
         if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == 'COMMANDS':
             listed: dict[str, str] = ast.literal_eval(node.value)
-            return {name: f'mobile_robot_control.{module}' for name, module in listed.items()}
+            return {name: f'mobile_robot_control.{folder}.command' for name, folder in listed.items()}
     raise LookupError(f'{_SETUP}: has no COMMANDS')

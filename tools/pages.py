@@ -38,6 +38,7 @@ def parts() -> list[Part]:
     """Return the parts in the order in which they are made."""
     nodes = sorted(path.relative_to(ROOT).as_posix() for path in (ROOT / 'docs' / 'nodes').glob('*.md'))
     return [
+        Part('tools/typed_names.py', ('mobile_robot_control/__init__.pyi',), ()),
         Part('tools/package_drawing.py', ('docs/images/packages.svg',), ()),
         Part('tools/parameter_table.py', ('docs/parameters.md', *nodes)),
         Part('tools/topic_tables.py', ('docs/topics.md', *nodes)),

@@ -6,19 +6,14 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, Done
+from mobile_robot_control.benchmarking.cell_result import Done, DrivenPath
 from mobile_robot_control.benchmarking.judged_table import NAME, judged_table, runs_table, write_judged_table
 from mobile_robot_control.benchmarking.page import write_benchmark_page
-from mobile_robot_control.benchmarking.table import (
-    COLUMNS,
-    benchmark_table,
-    benchmark_values,
-    latex_table,
-    summary_lines,
-)
-from mobile_robot_control.parameters.requests import make_request
+from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest
+from mobile_robot_control.benchmarking.table import COLUMNS, benchmark_table, benchmark_values
+from mobile_robot_control.benchmarking.words import latex_table, summary_lines
+from mobile_robot_control.parameters.requests import make_request, refuse_files, takes_fields
 from mobile_robot_control.runs.run import as_dataframe
-from mobile_robot_control.search.tune import refuse_files
 from mobile_robot_control.settings.configure import File, parameter_sources
 from mobile_robot_control.settings.provenance import call_text, provenance
 from mobile_robot_control.system.files import write_atomically
@@ -106,10 +101,10 @@ def write_benchmark(made: Benchmarked, folder: Path, seconds: float | None = Non
     from mobile_robot_control.benchmarking.picture import ratios_figure, save_picture  # noqa: PLC0415
 
     folder.mkdir(parents=True, exist_ok=True)
-    pictures: dict[str, dict[str, Any]] = {}
-    for cell, found in made.done:
+    paths: dict[str, dict[str, DrivenPath | None]] = {}
+    for cell, result in made.done:
         if not cell.feedforward:
-            pictures.setdefault(cell.track.name, {}).setdefault(cell.law, found['drawn'])
+            paths.setdefault(cell.track.name, {}).setdefault(cell.law, result.path)
     beside = {'seconds': seconds, 'provenance': made.provenance}
     write_atomically(folder / 'benchmark.json', json.dumps({**made.values, **beside}, indent=1) + '\n')
     write_atomically(folder / 'benchmark.csv', benchmark_table(made.values))
@@ -118,15 +113,14 @@ def write_benchmark(made: Benchmarked, folder: Path, seconds: float | None = Non
     write_atomically(folder / 'benchmark.tex', latex_table(made.values))
     figure = ratios_figure(made.values)
     svg = save_picture(figure, folder / 'benchmark.pdf') if figure else ''
-    write_benchmark_page(folder / 'benchmark.html', made.values, pictures, svg, made.provenance)
+    write_benchmark_page(folder / 'benchmark.html', made.values, paths, svg, made.provenance)
     return folder / 'benchmark.html'
 
 
+@takes_fields(BenchmarkRequest)
 def benchmark(
-    *files: File, laws: Collection[str] = (), tracks: Collection[File] = (), seed: int = 1,
-    budgets: Collection[int] = (), seeds: Collection[int] = (), tune: bool = True,
-    parameters: Mapping[str, object] | None = None, workers: int | None = None, progress: bool = False,
-    **options: object,
+    *files: File, tracks: Collection[File] = (), parameters: Mapping[str, object] | None = None,
+    progress: bool = False, **options: object,
 ) -> Benchmarked:
     """
     Compare position laws, as the command `benchmark` does: the same seed gives the same table.
@@ -135,26 +129,10 @@ def benchmark(
     ----------
     *files : path
         ROS 2 parameter files on top of those of the tracks; later ones win.
-    laws : collection of str
-        Position laws; all, those that were registered too, if empty.
-    tracks : collection of (str or path)
-        Names, or files of your own; all of this package if empty.
-    seed : int
-        Of the scenarios, and of the searches.
-    budgets : collection of int
-        Candidates of each search; 500 if empty.
-    seeds : collection of int
-        Several seeds in place of one.
-    tune : bool
-        False takes gains as configured.
     parameters : mapping of str to object or None
         Values by ``NODE.PARAMETER``, which win over the files.
-    workers : int or None
-        Cores of this machine; all if None.
     progress : bool
         Whether to show a progress bar.
-    **options : object
-        Further options of the command, by their names with underscores, such as ``runs=20`` or ``scenarios=4``.
 
     Returns
     -------
@@ -167,11 +145,11 @@ def benchmark(
         Naming every violation, with the remedy.
     """
     refuse_files(options)
-    asked = {'laws': laws or None, 'tracks': [str(track) for track in tracks] or None, 'seed': seed,
-             'budgets': budgets or None, 'seeds': seeds or None, 'tune': tune, 'workers': workers, **options}
+    # without any, the default
+    fields = {'tracks': [str(track) for track in tracks], **options, 'budgets': options.get('budgets') or None}
     sources = parameter_sources(files, None, parameters)
-    chosen = Benchmark(make_request(BenchmarkRequest, {'sources': sources, **asked}))
+    chosen = Benchmark(make_request(BenchmarkRequest, {'sources': sources, **fields}))
     with (tempfile.TemporaryDirectory() as folder,
           StagedBar(chosen.rollouts, 'rollout', 'searching', progress) as bar):
         done = chosen.run(Path(folder), bar.update, lambda: False)
-    return benchmarked(chosen, done, call_text('benchmark', *files, parameters=parameters, **asked))
+    return benchmarked(chosen, done, call_text('benchmark', *files, parameters=parameters, **fields))

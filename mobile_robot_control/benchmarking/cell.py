@@ -1,39 +1,23 @@
-"""One cell of a benchmark, a law on a track with one seed: its inputs, its scenarios, and its result as a file."""
+"""One cell of a benchmark, a law on a track with one seed: its inputs and its scenarios."""
 
 import json
 import math
-import zlib
-from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.elementary import ARITHMETIC
-from mobile_robot_control.loop.monte_carlo import JudgedRuns, ScenarioDistribution, draw_scenarios
+from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.scenarios import Scenario, configured_scenario
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.search import space
-from mobile_robot_control.search.space import Gains
 from mobile_robot_control.search.stages import WIDENINGS, Plan
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.settings.tracks import Track
-from mobile_robot_control.system.files import FileKind, parse_json, read_bounded, write_atomically
 from mobile_robot_control.system.texts import printable
 from mobile_robot_control.version import __version__
-
-JUDGED = ('rms_position_error', 'max_position_error', 'settling_time', 'peak_wheel_torque', 'energy',
-          'torque_variation', 'command_variation')
-"""The metrics that are kept of every run."""
-SEARCHED, CONFIGURED, FED = 'searched', 'configured', 'feedforward'
-"""Gains of a result: those of a search, those configured, and those of a search with feedforward."""
-NOT_SEARCHED = 'not searched'
-"""First words of the reason of a result whose search could drive no candidate."""
-_RESULT = FileKind('cell', 1 << 30)
 
 
 class Cell(NamedTuple):
@@ -142,60 +126,3 @@ def _scaled(start: Pose | None, within: float, turned: float) -> Pose:
     if not within:
         start = start._replace(x=0.0, y=0.0)
     return start._replace(heading=start.heading * turned / math.pi)
-
-
-def write_result(file: Path, result: Mapping[str, Any]) -> None:
-    """Write the result of a cell, with its checksum."""
-    write_atomically(file, json.dumps({'arithmetic': ARITHMETIC, 'checksum': _checksum(result), 'cell': result}))
-
-
-def read_result(file: Path) -> dict[str, Any]:
-    """Read the result of a cell; raise OSError or ValueError if it is not one that was written."""
-    content = parse_json(read_bounded(file, _RESULT))
-    if not isinstance(content, dict) or content.get('checksum') != _checksum(content.get('cell')):
-        raise ValueError('its checksum is wrong')
-    result: dict[str, Any] = content['cell']
-    return result
-
-
-def check_arithmetic(file: Path) -> None:
-    """Raise ParameterError if a cell was computed with another arithmetic."""
-    try:
-        read_result(file)
-    except (OSError, ValueError):  # damaged: told where it is needed
-        return
-    found = parse_json(read_bounded(file, _RESULT)).get('arithmetic', 1)
-    if found != ARITHMETIC:
-        raise ParameterError([f'{file}: was computed with arithmetic {found}, and this program has {ARITHMETIC}: their '
-                              'last bits differ; --overwrite begins anew, or name another --output'])
-
-
-def _checksum(result: object) -> int:
-    return zlib.crc32(json.dumps(result).encode())
-
-
-def judged_runs(result: Mapping[str, Any]) -> JudgedRuns:
-    """Return the judged runs of a result; a value that is not known is infinite."""
-    columns = [np.array([math.inf if value is None else value for value in result[name]]) for name in JUDGED]
-    return JudgedRuns(np.array(result['success'], bool), dict(zip(JUDGED, columns, strict=True)),
-                      np.array(result['outcome'], str))
-
-
-def was_searched(result: Mapping[str, Any]) -> bool:
-    """Return whether a result, or a row of the table, is of gains: no search may have found any that can be driven."""
-    return not result['reason'].startswith(NOT_SEARCHED)
-
-
-def runs_of(result: Mapping[str, Any], runs: int) -> JudgedRuns | None:
-    """Return the judged runs of a result: none of gains that no search found, failures of a law that cannot run."""
-    if 'success' in result:
-        return judged_runs(result)
-    if not was_searched(result):
-        return None
-    return JudgedRuns(np.zeros(runs, bool), {name: np.full(runs, math.inf) for name in JUDGED},
-                      np.full(runs, 'law_failed'))
-
-
-def gains_of(cell: Cell, result: Mapping[str, Any]) -> Gains:
-    """Return the gains of a result, exactly as they were judged."""
-    return space.configured_gains(cell.sources().with_values(result['gains']).configuration())

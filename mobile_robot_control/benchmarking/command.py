@@ -27,9 +27,9 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.benchmarking.benchmark import benchmarked, write_benchmark
-from mobile_robot_control.benchmarking.cell import check_arithmetic
-from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, Done
-from mobile_robot_control.benchmarking.table import summary_lines
+from mobile_robot_control.benchmarking.cell_result import Done, check_arithmetic
+from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest
+from mobile_robot_control.benchmarking.words import summary_lines
 from mobile_robot_control.cli import make_dds_main, make_parser, request_of
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.system.process import Interrupt

@@ -6,14 +6,14 @@ import io
 import json
 import math
 import zlib
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.benchmarking.cell import CONFIGURED, FED, JUDGED, SEARCHED, Cell, runs_of
+from mobile_robot_control.benchmarking.cell_result import CONFIGURED, FED, JUDGED, SEARCHED, Done
 from mobile_robot_control.benchmarking.ranking import RANKED
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.elementary import ARITHMETIC
@@ -92,42 +92,40 @@ def horizons_of(laws: Collection[str]) -> dict[str, int]:
     return {law: LAWS[law].horizon for law in laws if LAWS[law].horizon}
 
 
-def judged_table(
-    done: Collection[tuple[Cell, Mapping[str, Any]]], digits: str, known: JudgedTable | None = None
-) -> JudgedTable:
+def judged_table(done: Done, digits: str, earlier: JudgedTable | None = None) -> JudgedTable:
     """
     Return the judged runs of cells, one at least.
 
     Parameters
     ----------
-    done : collection of (Cell, dict)
+    done : list of (Cell, CellResult)
         Cells with their results.
     digits : str
         Hash of the benchmark.
-    known : JudgedTable or None
+    earlier : JudgedTable or None
         That they were ranked against; the runs on its tracks that are theirs, too, become part of the table.
     """
     first = next(iter(done))[0]
     tracks: dict[str, dict[str, Any]] = {}
     horizons = horizons_of([cell.law for cell, _ in done])
     results = []
-    for cell, found in done:
+    for cell, cell_result in done:
         name = cell.track.name
         if name not in tracks:
             tracks[name] = {'content': content_digits(cell.track, cell.more), 'objective': cell.objective, 'seeds': []}
         tracks[name]['seeds'] = sorted({*tracks[name]['seeds'], cell.seed})
         kind = FED if cell.feedforward else SEARCHED if cell.budgets else CONFIGURED
-        for result in found['results']:
-            judged = runs_of(result, cell.runs)
+        for result in cell_result.results:
+            judged = result.runs(cell.runs)
             results.append({
                 'track': name, 'law': cell.law, 'gains': kind, 'seed': cell.seed,
-                'budget': result['budget'], 'success': None if judged is None else judged.success.astype(int).tolist(),
+                'budget': result.budget, 'success': None if judged is None else judged.success.astype(int).tolist(),
                 'rms': None if judged is None else [value if math.isfinite(value) else None
                                                     for value in judged.metrics[RANKED].tolist()]})
-    if known:
-        results = [one for one in known.results if one['track'] in tracks] + results
-        tracks = {name: known.tracks[name] for name in tracks}
-        horizons = known.horizons | horizons
+    if earlier:
+        results = [one for one in earlier.results if one['track'] in tracks] + results
+        tracks = {name: earlier.tracks[name] for name in tracks}
+        horizons = earlier.horizons | horizons
     return JudgedTable(
         arithmetic=ARITHMETIC, hash=digits, budgets=first.budgets, restarts=first.restarts, scenarios=first.training,
         runs=first.runs, tracks=tracks, horizons=horizons, results=results)
@@ -194,25 +192,26 @@ def csv_text(columns: Sequence[str], rows: Iterator[Sequence[Any]]) -> str:
     return text.getvalue()
 
 
-def runs_table(done: Collection[tuple[Cell, Mapping[str, Any]]]) -> str:
+def runs_table(done: Done) -> str:
     """Return `benchmark_runs.csv`: a row for each judged run, with its scenario; empty where not known."""
     drawn: dict[Any, Any] = {}
 
     def rows() -> Iterator[Sequence[Any]]:
-        for cell, found in done:
-            tried = [(FED if cell.feedforward else SEARCHED, one) for one in found['results'] if 'success' in one]
-            if found['configured']:
-                tried.append((CONFIGURED, {'budget': '', **found['configured']}))
+        for cell, cell_result in done:
+            tried = [(FED if cell.feedforward else SEARCHED, str(one.budget), one.judged)
+                     for one in cell_result.results if one.judged]
+            if cell_result.configured:
+                tried.append((CONFIGURED, '', cell_result.configured))
             if not tried:
                 continue
             key = cell.track.name, cell.seed, cell.feedforward
             if key not in drawn:
                 drawn[key] = cell.drawn('judging', cell.configuration(), cell.runs)
-            for gains, one in tried:
+            for gains, budget, judged in tried:
                 for n, scenario in enumerate(drawn[key]):
-                    yield (cell.track.name, cell.law, gains, cell.seed, one['budget'], n + 1, scenario.curve,
+                    yield (cell.track.name, cell.law, gains, cell.seed, budget, n + 1, scenario.curve,
                            scenario.scale, *scenario.start, scenario.mass, scenario.friction, scenario.delay,
-                           scenario.noise.seed, int(one['success'][n]), one['outcome'][n],
-                           *(one[name][n] for name in JUDGED))
+                           scenario.noise.seed, int(judged.success[n]), judged.outcome[n],
+                           *(judged.metrics[name][n] for name in JUDGED))
 
     return csv_text(RUN_COLUMNS, rows())

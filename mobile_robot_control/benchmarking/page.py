@@ -7,16 +7,15 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from mobile_robot_control.benchmarking.cell import CONFIGURED, FED
-from mobile_robot_control.benchmarking.table import (
-    is_first,
-    last_summary,
+from mobile_robot_control.benchmarking.cell_result import CONFIGURED, FED, DrivenPath
+from mobile_robot_control.benchmarking.table import is_first, last_summary
+from mobile_robot_control.benchmarking.words import (
     law_text,
     place_text,
     rank_text,
+    seeds_sentence,
     undone_lines,
     unrepeatable,
-    worth,
 )
 from mobile_robot_control.loop.metric_table import METRIC_TABLE
 from mobile_robot_control.pages import page
@@ -24,8 +23,8 @@ from mobile_robot_control.pages.page import asset
 from mobile_robot_control.runs.words import quantity, three_digits
 from mobile_robot_control.system.files import write_atomically
 
-Pictures = Mapping[str, Mapping[str, Mapping[str, Sequence[float]] | None]]
-"""By track and law: time, path, reference and error of one run."""
+Paths = Mapping[str, Mapping[str, DrivenPath | None]]
+"""By track and law."""
 _SIDE, _WIDTH, _HEIGHT = 120.0, 200.0, 70.0
 _LINE, _REFERENCE = 'class="line"', 'class="reference"'
 _STYLE = """
@@ -130,24 +129,24 @@ def _points(xs: Sequence[float], ys: Sequence[float]) -> str:
     return ' '.join(f'{x:.1f},{y:.1f}' for x, y in zip(xs, ys, strict=True) if math.isfinite(x + y))
 
 
-def _multiple(law: str, drawn: Mapping[str, Sequence[float]], largest: float) -> str:
+def _multiple(law: str, path: DrivenPath, largest: float) -> str:
     """Return path and error of a run as a figure."""
-    xs, ys = drawn['reference_x'], drawn['reference_y']
+    xs, ys = path.reference_x, path.reference_y
     size = 1.25 * max(max(xs) - min(xs), max(ys) - min(ys), 0.1)
     left, top = 0.5 * (max(xs) + min(xs) - size), 0.5 * (max(ys) + min(ys) + size)
 
     def placed(along: Sequence[float], up: Sequence[float]) -> str:
         return _points([(x - left) / size * _SIDE for x in along], [(top - y) / size * _SIDE for y in up])
 
-    span, begun = max(drawn['time'][-1] - drawn['time'][0], 1e-9), drawn['time'][0]
-    error = _points([(t - begun) / span * _WIDTH for t in drawn['time']],
-                    [_HEIGHT * (1.0 - min(e / largest, 1.5)) + 12.0 for e in drawn['error']])
-    final = drawn['error'][-1]
+    span, begun = max(path.time[-1] - path.time[0], 1e-9), path.time[0]
+    error = _points([(t - begun) / span * _WIDTH for t in path.time],
+                    [_HEIGHT * (1.0 - min(e / largest, 1.5)) + 12.0 for e in path.error])
+    final = path.error[-1]
     return (
         f'<figure><figcaption>{escape(law)}</figcaption>'
         f'<svg width="{_SIDE:g}" height="{_SIDE:g}" viewBox="0 0 {_SIDE:g} {_SIDE:g}" role="img" '
         f'aria-label="path of {escape(law)}"><polyline {_REFERENCE} points="{placed(xs, ys)}"/>'
-        f'<polyline {_LINE} points="{placed(drawn["x"], drawn["y"])}"/></svg> '
+        f'<polyline {_LINE} points="{placed(path.x, path.y)}"/></svg> '
         f'<svg width="{_WIDTH:g}" height="100" viewBox="0 0 {_WIDTH:g} 100" role="img" '
         f'aria-label="position error of {escape(law)}, at the end {three_digits(1e3 * final)} mm">'
         f'<line class="axis" x1="0" y1="82" x2="{_WIDTH:g}" y2="82"/><polyline {_LINE} points="{error}"/>'
@@ -156,14 +155,14 @@ def _multiple(law: str, drawn: Mapping[str, Sequence[float]], largest: float) ->
         '</figure>')
 
 
-def _pictures(values: Mapping[str, Any], pictures: Pictures) -> Iterator[str]:
+def _pictures(values: Mapping[str, Any], paths: Paths) -> Iterator[str]:
     """Yield the small pictures of each track, folded."""
     for n, (name, track) in enumerate(values['tracks'].items()):
-        drawn = {law: one for law, one in pictures.get(name, {}).items() if one}
-        settled = [max(one['error'][len(one['error']) // 2:]) for one in drawn.values()]
+        driven = {law: path for law, path in paths.get(name, {}).items() if path}
+        settled = [max(path.error[len(path.error) // 2:]) for path in driven.values()]
         # of the second half, in which the laws differ; what is larger leaves the picture
         largest = max(1e-4, 2.0 * sorted(settled)[len(settled) // 2]) if settled else 1.0
-        figures = ''.join(_multiple(law, one, largest) for law, one in drawn.items())
+        figures = ''.join(_multiple(law, path, largest) for law, path in driven.items())
         yield (f'<details class="track"{" open" if n == 0 else ""}><summary>{escape(name)}</summary>'
                f'<p class="soft">{escape(track["purpose"])}</p><div class="multiples">{figures}</div></details>')
 
@@ -236,14 +235,14 @@ def _missing(values: Mapping[str, Any]) -> str:
 
 
 def _parts(
-    values: Mapping[str, Any], pictures: Pictures, svg: str, made: Mapping[str, Any]
+    values: Mapping[str, Any], paths: Paths, svg: str, made: Mapping[str, Any]
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     budgets = ', '.join(map(str, values['budgets'])) or 'none: gains as configured'
     of_table = f', against the table <code>{values["against"]["hash"]}</code>' if values.get('against') else ''
     yield f'<section class="first"><h1>Benchmark</h1><p class="answer">{escape(answer(values))}</p></section>'
-    yield (f'<p class="soft">{escape(worth(values))} Candidates of each search: {budgets}; searches with other seeds: '
-           f'{values["restarts"]}. Scenarios of a search: {values["scenarios"]}; scenarios that judge: '
+    yield (f'<p class="soft">{escape(seeds_sentence(values))} Candidates of each search: {budgets}; searches with '
+           f'other seeds: {values["restarts"]}. Scenarios of a search: {values["scenarios"]}; scenarios that judge: '
            f'{values["runs"]}. Hash <code>{values["hash"]}</code>{of_table}.</p>')
     if values['unfinished']:
         yield _missing(values)
@@ -274,7 +273,7 @@ def _parts(
                          for name, track in values['tracks'].items() for budget in values['budgets'] or [0]))
     yield page.section('pictures', 'Paths and errors', '<p class="soft">The first scenario that judges: path (blue) '
                        'on that of the cart (grey), and the position error, on the scale of the second half of the '
-                       'run.</p>', *_pictures(values, pictures))
+                       'run.</p>', *_pictures(values, paths))
     if failures:
         yield page.section('failures', 'Where each law fails', '<details class="track"><summary>All cells with a '
                            'failure</summary>', _table(['law', 'track', 'gains', 'seed', 'budget', 'failed'], failures),
@@ -288,7 +287,7 @@ def _parts(
 
 
 def write_benchmark_page(
-    file: Path, values: Mapping[str, Any], pictures: Pictures, svg: str, made: Mapping[str, Any]
+    file: Path, values: Mapping[str, Any], paths: Paths, svg: str, made: Mapping[str, Any]
 ) -> None:
     """
     Write the page of a benchmark.
@@ -306,5 +305,5 @@ def write_benchmark_page(
     made : mapping of str to object
         What `provenance` returns.
     """
-    write_atomically(file, page.page('Benchmark', _parts(values, pictures, svg, made), [_STYLE],
+    write_atomically(file, page.page('Benchmark', _parts(values, paths, svg, made), [_STYLE],
                                      [asset('basics.js'), asset('benchmark.js')]))

@@ -3,12 +3,22 @@
 import glob
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.analysis.modelled import drive_of
-from mobile_robot_control.benchmarking.cell import JUDGED, NOT_SEARCHED, Cell, gains_of
+from mobile_robot_control.benchmarking.cell import Cell
+from mobile_robot_control.benchmarking.cell_result import (
+    JUDGED,
+    NOT_SEARCHED,
+    BudgetResult,
+    CellResult,
+    DrivenPath,
+    RunColumns,
+    SearchEnd,
+    gains_of,
+)
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
 from mobile_robot_control.control.tracking_error import distance
@@ -28,7 +38,7 @@ from mobile_robot_control.search.stages import WIDENINGS, Plan, search_in_stages
 from mobile_robot_control.settings.nodes import Configuration, course_of
 
 _LATE = 0.75
-_DRAWN = 120
+_POINTS = 120
 """Points of a picture."""
 _STEPS, _REPEATS = 300, 5
 
@@ -64,50 +74,40 @@ class Work(NamedTuple):
             file.unlink()
 
 
-def run_cell(cell: Cell, work: Work) -> dict[str, Any] | None:
-    """
-    Search with each budget and judge.
-
-    Returns
-    -------
-    dict or None
-        `results`, one for each budget, `configured` of gains without a search, `step_time` [s] and `drawn`; None where
-        it was stopped.
-    """
+def run_cell(cell: Cell, work: Work) -> CellResult | None:
+    """Search with each budget and judge; return the result, None where it was stopped."""
     try:
         configuration = cell.configuration()
     except ParameterError as error:
         refused = cell.refused_horizon()
         reason = f'{NOT_SEARCHED}: {refused}' if refused else '; '.join(error.violations)
-        return {'results': [{'budget': budget, 'reason': reason}
-                            for budget in cell.budgets or (0,)], 'configured': None, 'step_time': None, 'drawn': None}
+        return CellResult([BudgetResult(budget, reason) for budget in cell.budgets or (0,)])
     results = []
-    gains, told, reason = space.configured_gains(configuration), dict[str, Any](), ''
+    gains, search, reason = space.configured_gains(configuration), None, ''
     genes: Any = search_genes(cell.law, True, drive_of(configuration))
     for budget in cell.budgets or (0,):
         if budget and genes:
-            found = _searched(cell, configuration, genes, budget, work)
-            if found is None:
+            searched = _searched(cell, configuration, genes, budget, work)
+            if searched is None:
                 return None
-            gains, told, reason = found
+            gains, search, reason = searched
         if reason:
             failure = _failure(cell, configuration)[1]
-            results.append({'budget': budget, 'reason': failure or f'{NOT_SEARCHED}: {reason}'})
+            results.append(BudgetResult(budget, failure or f'{NOT_SEARCHED}: {reason}'))
         else:
             loop = with_gains(configuration, gains)
             judged = _judged(cell, loop, work)
-            results.append({'budget': budget, **told, 'gains': _named(genes, gains, cell.law), **judged,
-                            'reason': '' if any(judged['success']) else _why(cell, loop)})
-    return {'results': results, 'configured': _judged(cell, configuration, work) if cell.is_compared else None,
-            'step_time': step_time(configuration),
-            'drawn': None if reason else _picture(cell, with_gains(configuration, gains))}
+            results.append(BudgetResult(budget, '' if any(judged.success) else _why(cell, loop), search,
+                                        _named(genes, gains, cell.law), judged))
+    return CellResult(results, _judged(cell, configuration, work) if cell.is_compared else None,
+                      step_time(configuration), None if reason else _path(cell, with_gains(configuration, gains)))
 
 
 def _searched(
     cell: Cell, configuration: Configuration, genes: Any, budget: int, work: Work
-) -> tuple[Gains, dict[str, Any], str] | None:
+) -> tuple[Gains, SearchEnd | None, str] | None:
     """
-    Search in stages; return the best gains, what the table tells of them, and why there are none.
+    Search in stages; return the best gains, what the search has come to, and why there are none.
 
     None where it was stopped.
     """
@@ -131,11 +131,11 @@ def _searched(
         return None
     found, reason = staged.found, no_result(staged.found)
     if found.point is None or reason:
-        return space.configured_gains(configuration), {}, reason
+        return space.configured_gains(configuration), None, reason
     objective = objective_of(staged.genes)
     gains = space.rounded(objective.gains(found.point.tolist()))
-    return gains, {'score': found.score, 'objectives': objective.objectives(gains), 'agreeing': staged.agreeing,
-                   'repeated': [*staged.repeated], 'at_edge': staged.edges}, ''
+    return gains, SearchEnd(found.score, objective.objectives(gains), staged.agreeing, [*staged.repeated],
+                            staged.edges), ''
 
 
 def with_gains(configuration: Configuration, gains: Gains) -> Configuration:
@@ -162,19 +162,19 @@ def judging_trials(cell: Cell, configuration: Configuration) -> list[Trial]:
     return [one._replace(form=one.form._replace(indices=True, varies=varies)) for one in trials]
 
 
-def _judged(cell: Cell, loop: Configuration, work: Work) -> dict[str, Any]:
+def _judged(cell: Cell, loop: Configuration, work: Work) -> RunColumns:
     """Run the unseen scenarios; return what each has shown, as columns."""
     trials = judging_trials(cell, loop)
     judged = [judge(trial, outcome, cell.track.parameters.success_within)
               for trial, outcome in zip(trials, work.run(trials), strict=True)]
     work.progress(cell.runs)
-    return {'success': [one.success for one in judged], 'outcome': [one.outcome for one in judged],
-            **{name: [_finite(one.metrics[name]) for one in judged] for name in JUDGED}}
+    return RunColumns([run.success for run in judged], [run.outcome for run in judged],
+                      {name: [_finite(run.metrics[name]) for run in judged] for name in JUDGED})
 
 
-def driven_again(cell: Cell, result: Mapping[str, Any], work: Work) -> dict[str, Any]:
+def driven_again(cell: Cell, result: BudgetResult, work: Work) -> BudgetResult:
     """Return a result whose gains are known, with what they show in the unseen scenarios."""
-    return {**result, **_judged(cell, with_gains(cell.configuration(), gains_of(cell, result)), work)}
+    return result._replace(judged=_judged(cell, with_gains(cell.configuration(), gains_of(cell, result.gains)), work))
 
 
 def _finite(value: float) -> float | None:
@@ -201,10 +201,10 @@ def _failure(cell: Cell, configuration: Configuration) -> tuple[str, str]:
     return '' if steps > trial.steps else f'it diverges at t = {steps * trial.loop.robot.plant.dt:.3g} s', ''
 
 
-def _picture(cell: Cell, configuration: Configuration) -> dict[str, list[float]]:
+def _path(cell: Cell, configuration: Configuration) -> DrivenPath:
     """Return path, reference and error of the first unseen scenario, thinned out, to a micrometre."""
     trial = judging_trials(cell._replace(runs=1), configuration)[0]
-    every = max(1, trial.steps // trial.ratio // _DRAWN) * trial.ratio
+    every = max(1, trial.steps // trial.ratio // _POINTS) * trial.ratio
     rows = []
     try:
         for k, sample in enumerate(trial_rollout(trial, configuration)):
@@ -215,9 +215,7 @@ def _picture(cell: Cell, configuration: Configuration) -> dict[str, list[float]]
                              distance(error)))
     except LawFailedError:
         pass
-    names = ('time', 'x', 'y', 'reference_x', 'reference_y', 'error')
-    return {name: [round(value, 6) for value in column]
-            for name, column in zip(names, zip(*rows, strict=True), strict=True)}
+    return DrivenPath(*([round(value, 6) for value in column] for column in zip(*rows, strict=True)))
 
 
 def step_time(configuration: Configuration) -> float | None:

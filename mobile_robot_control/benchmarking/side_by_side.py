@@ -12,7 +12,8 @@ from pathlib import Path
 from threading import Condition, Lock
 from typing import Any
 
-from mobile_robot_control.benchmarking.cell import Cell, write_result
+from mobile_robot_control.benchmarking.cell import Cell
+from mobile_robot_control.benchmarking.cell_result import write_result
 from mobile_robot_control.benchmarking.run_cell import Work, run_cell
 from mobile_robot_control.loop.batch import Pool, end_with_parent
 from mobile_robot_control.loop.ticks import Form, form_of
@@ -58,10 +59,10 @@ def run_cells(
                 counted += rollouts
                 progress(rollouts)
 
-            done = run_cell(cell, work._replace(progress=count))
-            if done is None:
+            result = run_cell(cell, work._replace(progress=count))
+            if result is None:
                 break
-            write_result(file, done)
+            write_result(file, result)
         # also of a cell after whose last line the program was killed
         work.remove_journals()
         # the bar ends where all cells do, whatever one has left out

@@ -10,8 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from mobile_robot_control.benchmarking.cell import CONFIGURED, FED, NOT_SEARCHED, SEARCHED, Cell, runs_of, was_searched
-from mobile_robot_control.benchmarking.engine import Benchmark, Done, published_rows
+from mobile_robot_control.benchmarking.cell import Cell
+from mobile_robot_control.benchmarking.cell_result import (
+    CONFIGURED,
+    FED,
+    SEARCHED,
+    BudgetResult,
+    CellResult,
+    Done,
+    as_json,
+)
 from mobile_robot_control.benchmarking.judged_table import csv_text, horizons_of
 from mobile_robot_control.benchmarking.ranking import (
     LEAST_SUCCESS,
@@ -27,6 +35,7 @@ from mobile_robot_control.benchmarking.ranking import (
     rank_ranges,
     ratios,
 )
+from mobile_robot_control.benchmarking.request import Benchmark, published_rows
 from mobile_robot_control.conformance.laws import is_repeatable
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
 from mobile_robot_control.elementary import ARITHMETIC, exp
@@ -36,10 +45,11 @@ from mobile_robot_control.studying.comparison import mean_interval
 Values = Mapping[str, Any]
 
 
-def cell_hash(cell: Cell, found: Values) -> str:
+def cell_hash(cell: Cell, result: CellResult) -> str:
     """Return digits that change with what a cell is and has shown; a reason may name a file, and a time differs."""
-    shown = [{name: value for name, value in result.items() if name != 'reason'} for result in found['results']]
-    content = [cell.law, cell.track.name, cell.seed, cell.feedforward, shown, found['configured']]
+    shown = as_json(result)
+    results = [{name: value for name, value in one.items() if name != 'reason'} for one in shown['results']]
+    content = [cell.law, cell.track.name, cell.seed, cell.feedforward, results, shown['configured']]
     return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -52,7 +62,7 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
     results = [row for one, digits in zip(done, hashes, strict=True) for row in _rows(*one, digits)]
     held = {id(cell) for cell, _ in done}
     # another one may not answer at all
-    driven = {cell.law for cell, found in done if any('success' in result for result in found['results'])}
+    driven = {cell.law for cell, result in done if any(one.judged for one in result.results)}
     groups = {name: track.parameters.group or name for name, track in benchmark.tracks.items()}
     table, ranks, pairs, undone = benchmark.table, list[Values](), list[Values](), list[Values]()
     laws = [*dict.fromkeys([*(table.laws if table else ()), *benchmark.laws])]
@@ -87,14 +97,15 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
     }
 
 
-def _rows(cell: Cell, found: Values, digits: str) -> Iterator[dict[str, Any]]:
+def _rows(cell: Cell, cell_result: CellResult, digits: str) -> Iterator[dict[str, Any]]:
     """Yield the numbers of a cell, a row for each budget, and one of the gains as configured."""
     kind = FED if cell.feedforward else SEARCHED
-    tried = [(kind if cell.budgets or cell.feedforward else CONFIGURED, result) for result in found['results']]
-    if found['configured']:
-        tried.append((CONFIGURED, {'budget': max(cell.budgets), 'reason': '', **found['configured']}))
+    tried = [(kind if cell.budgets or cell.feedforward else CONFIGURED, result)
+             for result in cell_result.results]
+    if cell_result.configured:
+        tried.append((CONFIGURED, BudgetResult(max(cell.budgets), '', judged=cell_result.configured)))
     for gains, result in tried:
-        judged = runs_of(result, cell.runs)
+        judged, search = result.runs(cell.runs), result.search
         own = judged.chosen(judged.success) if judged else None
 
         def at(name: str, fraction: float = 0.5, own: JudgedRuns | None = own) -> float | None:
@@ -102,18 +113,18 @@ def _rows(cell: Cell, found: Values, digits: str) -> Iterator[dict[str, Any]]:
 
         successes = len(own) if own is not None else None
         yield {
-            'track': cell.track.name, 'law': cell.law, 'gains': gains, 'seed': cell.seed, 'budget': result['budget'],
+            'track': cell.track.name, 'law': cell.law, 'gains': gains, 'seed': cell.seed, 'budget': result.budget,
             'runs': cell.runs if judged else 0, 'successes': successes,
             'success_interval': None if successes is None else list(wilson_interval(successes, cell.runs)),
             'rms': at(RANKED), 'rms_95': at(RANKED, 0.95), 'worst': at('max_position_error', 1.0),
             'settling_time': at('settling_time'), 'peak_wheel_torque': at('peak_wheel_torque'),
             'energy': at('energy'), 'torque_variation': at('torque_variation'),
-            'command_variation': at('command_variation'), 'step_time': found['step_time'],
-            'score': result.get('score'), 'eq29': result.get('objectives', {}).get('eq29'),
-            'rms_searched': result.get('objectives', {}).get('rms_position_error'),
-            'agreeing': result.get('agreeing') if cell.restarts > 1 else None,
-            'at_edge': result.get('at_edge', []), 'hash': digits,
-            'reason': result['reason'], 'values': result.get('gains', {}),
+            'command_variation': at('command_variation'), 'step_time': cell_result.step_time,
+            'score': search.score if search else None, 'eq29': search.objectives.get('eq29') if search else None,
+            'rms_searched': search.objectives.get('rms_position_error') if search else None,
+            'agreeing': search.agreeing if search and cell.restarts > 1 else None,
+            'at_edge': search.at_edge if search else [], 'hash': digits,
+            'reason': result.reason, 'values': result.gains,
         }
 
 
@@ -123,9 +134,9 @@ def _ranked(
     """Return the laws of a track with one budget and those known before, the best first, and their pairs."""
     runs = {law: dict(own) for law, own in known.items() if own}
     laws = dict.fromkeys([*known, *(row['law'] for row in rows)])
-    for cell, found in done:
+    for cell, result in done:
         if cell.track.name == track and not cell.feedforward:
-            judged = runs_of(found['results'][number], cell.runs)
+            judged = result.results[number].runs(cell.runs)
             if judged is not None:
                 runs.setdefault(cell.law, {})[cell.seed] = judged
     pairs = pairs_of(runs)
@@ -261,132 +272,7 @@ def benchmark_table(values: Values) -> str:
     return csv_text(COLUMNS, ([cell(row[name]) for name in COLUMNS] for row in values['results']))
 
 
-def latex_table(values: Values) -> str:
-    """Return `benchmark.tex`: the summary as a table of LaTeX, of the largest budget."""
-    lines = [r'\begin{tabular}{lrrrrr}', r'\hline',
-             r'law & place & unbeaten on & better : worse & largest error & least success \\', r'\hline']
-    for one in last_summary(values):
-        cells = [place_text(one), f'{one["unbeaten"]} of {one["tracks"]}', f'{one["wins"]} : {one["losses"]}',
-                 '--' if one['largest_ratio'] is None else f'{one["largest_ratio"]:.2f}',
-                 '--' if one['least_success'] is None else f'{100.0 * one["least_success"]:.1f}\\,\\%']
-        law = law_text(values, one['law']).replace('_', r'\_')
-        lines.append(f'{law} & {" & ".join(cells).replace("–", "--")} ' + r'\\')
-    return '\n'.join([*lines, r'\hline', r'\end{tabular}', f'% hash {values["hash"]}', ''])
-
-
 def last_summary(values: Values) -> list[Any]:
     """Return the summary of the largest budget."""
     largest = max(values['budgets'], default=0)
     return [row for row in values['summary'] if row['budget'] == largest]
-
-
-def law_text(values: Values, law: str) -> str:
-    """
-    Return the name of a law, and how far it looks ahead.
-
-    Examples
-    --------
-    >>> law_text({'horizons': {'predictive': 20}}, 'predictive'), law_text({'horizons': {}}, 'lqr')
-    ('predictive (preview of 20 ticks)', 'lqr')
-
-    """
-    ticks = values.get('horizons', {}).get(law)
-    return f'{law} (preview of {ticks} ticks)' if ticks else law
-
-
-def rank_text(row: Values) -> str:
-    """
-    Return the ranks that a law may have, as text; that of a law that was not searched says so.
-
-    Examples
-    --------
-    >>> rank_text({'rank': 1, 'last_rank': 3}), rank_text({'rank': 2, 'last_rank': 2})
-    ('1–3', '2')
-
-    """
-    first, last = row['rank'], row['last_rank']
-    return NOT_SEARCHED if first is None else f'{first}' if first == last else f'{first}–{last}'
-
-
-def place_text(one: Values) -> str:
-    """
-    Return the place of a law over all tracks, and in brackets its range when any track or group is left out.
-
-    Examples
-    --------
-    >>> place_text({'place': 2, 'first_place': 2, 'last_place': 3})
-    '2 (2–3)'
-
-    """
-    place, first, last = one['place'], one['first_place'], one['last_place']
-    return '–' if place is None else f'{place}' if first == last else f'{place} ({first}–{last})'
-
-
-def number_text(value: float | None) -> str:
-    """Return a number beside that of a publication; a dash where a run has none."""
-    return '–' if value is None else f'{value:.5g}'
-
-
-def unrepeatable(law: str) -> str:
-    """Return what is wrong with a law that answers one question twice differently."""
-    return (f'{law}: answers the same question differently, by a random number or a state of its own, so its numbers '
-            'do not come again; check_law names the inputs')
-
-
-def worth(values: Values) -> str:
-    """Return what the number of seeds is worth, in a sentence."""
-    seeds = len(values['seeds'])
-    if seeds > 1:
-        return (f'{seeds} seeds, each with scenarios and searches of its own: what is called better holds over seeds '
-                'with 95 %.')
-    return ('One seed: another one draws other scenarios, searches anew and may change the order. No law is called '
-            'better; --seeds 1 2 3 4 5 tells which differences hold.')
-
-
-def against_lines(values: Values) -> Iterator[str]:
-    """Yield the ranks of laws that were added to a table, and what is no more certain with them, in sentences."""
-    if not values['against']:
-        return
-    largest = max(values['budgets'], default=0)
-    for law in values['against']['added']:
-        ranks = [f'{row["track"]} {rank_text(row)}' for row in values['ranks']
-                 if (row['law'], row['budget']) == (law, largest)]
-        yield f'{law_text(values, law)} ranks among {len(values["laws"])} laws: {", ".join(ranks)}'
-    yield from (f'no more certain, among more comparisons: {line}' for line in undone_lines(values))
-
-
-def undone_lines(values: Values) -> Iterator[str]:
-    """Yield what was certain in a table, and is not with the laws that were added."""
-    yield from (f'{one["better"]} better than {one["worse"]} on {one["track"]}' for one in values['against']['undone'])
-
-
-def summary_lines(values: Values) -> Iterator[str]:
-    """Yield what the command prints: the laws over all tracks, the published numbers, and the hash."""
-    failing, missing = ({row['law']: f' ({row["reason"].removeprefix(f"{NOT_SEARCHED}: ")})'
-                         for row in reversed(values['results']) if row['reason'] and was_searched(row) is searched}
-                        for searched in (True, False))
-    for one in last_summary(values):
-        other = ''.join(f'; {what} on {", ".join(tracks)}{reason}' for what, tracks, reason in (
-            ('fails in most runs', one['failed'], failing.get(one['law'], '')),
-            (NOT_SEARCHED, one['not_searched'], missing.get(one['law'], ''))) if tracks)
-        law = law_text(values, one['law'])
-        if one['place'] is None:
-            yield f'{law}{other}'.replace(';', ':', 1)
-            continue
-        largest = '' if one['largest_ratio'] is None else (
-            f'error at most {one["largest_ratio"]:.2f} times that of the best law ({one["largest_on"]}), ')
-        yield (f'{law}: unbeaten on {one["unbeaten"]} of {one["tracks"]} tracks; of {one["comparisons"]} '
-               f'comparisons better in {one["wins"]}, worse in {one["losses"]}; {largest}success in '
-               f'{100.0 * one["least_success"]:.1f} % of the runs or more{other}')
-    yield from (f'not loaded: {reason}' for reason in values.get('not_loaded', {}).values())
-    yield from map(unrepeatable, values.get('not_repeatable', ()))
-    yield from against_lines(values)
-    yield worth(values)
-    if values['unfinished']:
-        yield f'{len(values["unfinished"])} cells are not finished; --resume goes on'
-    for name, track in values['tracks'].items():
-        for row in track['published']:
-            both = ', '.join(f'{metric} {number_text(row["ours"][metric])} ({value:.5g} published)'
-                             for metric, value in row['published'].items())
-            yield f'{name}, {row["law"]} with the published gains: {both}'
-    yield f'hash {values["hash"]}'

@@ -7,8 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from mobile_robot_control.benchmarking.cell import Cell, gains_of
-from mobile_robot_control.benchmarking.engine import Benchmark, Done
+from mobile_robot_control.benchmarking.cell import Cell
+from mobile_robot_control.benchmarking.cell_result import Done, gains_of
+from mobile_robot_control.benchmarking.ranking import RANKED
+from mobile_robot_control.benchmarking.request import Benchmark
 from mobile_robot_control.benchmarking.run_cell import with_gains
 from mobile_robot_control.control.tracking_error import distance
 from mobile_robot_control.experiment.folders import experiment_folders
@@ -48,14 +50,14 @@ def drawn_runs(benchmark: Benchmark, done: Done, count: int) -> Iterator[DrawnRu
     """Yield runs of a benchmark, drawn by its first seed among those that were complete."""
     rng = random.Random(benchmark.seeds[0])  # noqa: S311 (a draw that can be repeated)
     # nodes that know another mass would feed it forward
-    known = [(cell, found['results'][-1]) for cell, found in done
-             if not found['results'][-1]['reason'] and not cell.feedforward]
-    places = range(len(known) * benchmark.request.runs)
+    complete = [(cell, result.results[-1].gains, result.results[-1].judged) for cell, result in done
+                if not result.results[-1].reason and not cell.feedforward]
+    places = range(len(complete) * benchmark.request.runs)
     for place in rng.sample(places, len(places)):
-        cell, result = known[place // benchmark.request.runs]
+        cell, gains, judged = complete[place // benchmark.request.runs]
         number = place % benchmark.request.runs
-        rms = result['rms_position_error'][number]
-        configuration = with_gains(cell.configuration(), gains_of(cell, result))
+        rms = judged.metrics[RANKED][number] if judged else None
+        configuration = with_gains(cell.configuration(), gains_of(cell, gains))
         scenario = cell.drawn('judging', configuration, cell.runs)[number]
         # nodes that know another mass would time the path by it
         if rms is None or (scenario.curve == PATH and scenario.mass != 1.0):

@@ -40,7 +40,7 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.cli import make_dds_main, make_parser, request_of
-from mobile_robot_control.experiment.experiment import ExperimentRequest, Experiments, Performed
+from mobile_robot_control.experiment.request import ExperimentRequest, Experiments, Performed
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.ros.shared.process import Stop
 from mobile_robot_control.runs.words import run_sentence

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.reference.waypoint_files import YAML_SUFFIXES
-from mobile_robot_control.report.reports import draw_report
+from mobile_robot_control.report.request import draw_report
 from mobile_robot_control.runs.reading import load_run
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_files import UnreadableRunError

@@ -45,8 +45,8 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.cli import make_main, make_parser, request_of
 from mobile_robot_control.identification.export import STACKS, export_text
-from mobile_robot_control.identification.identify import IdentificationRequest, identified, read_inputs
 from mobile_robot_control.identification.page import answer, identification_page, regime_lines
+from mobile_robot_control.identification.request import IdentificationRequest, identified, read_inputs
 from mobile_robot_control.identification.result import (
     UNUSABLE,
     Identification,

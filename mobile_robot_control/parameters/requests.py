@@ -14,15 +14,27 @@ from these fields, and a function its checks of keywords. A group within a reque
 own; if it is annotated with ``INLINE``, its fields are among those of the request.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+import inspect
+import re
+import textwrap
+from collections.abc import Callable, Collection, Iterator, Mapping
 from os import PathLike
-from types import NoneType
-from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
+from types import NoneType, UnionType
+from typing import Annotated, Any, NamedTuple, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from mobile_robot_control.parameters.declaration import Declaration, Field, Inline, ParameterError, check_value, nearest
+from mobile_robot_control.parameters.declaration import (
+    Declaration,
+    Field,
+    Inline,
+    ParameterError,
+    check_value,
+    describe_bounds,
+    nearest,
+)
 from mobile_robot_control.system.texts import printable
 
 Request = TypeVar('Request')
+Function = TypeVar('Function', bound=Callable[..., Any])
 
 
 class Reader(NamedTuple):
@@ -37,12 +49,18 @@ class Reader(NamedTuple):
         Form of the text.
     again : bool
         Whether an option of a command line takes one value, and is given again for the next.
+    example : str
+        As on a command line, for its help.
+    python : type or None
+        Type of the whole field in Python; None for a text or a collection of texts.
 
     """
 
     read: Callable[[Any], Any]
     form: str
     again: bool = False
+    example: str = ''
+    python: Any = None
 
 
 class Option(NamedTuple):
@@ -73,6 +91,23 @@ class Option(NamedTuple):
     is_required: bool
     is_several: bool
     reader: Reader | None
+
+    @property
+    def python(self) -> Any:
+        """The type of its values in Python."""
+        kind = self.kind if self.reader is None else str
+        whole = (self.reader and self.reader.python) or (Collection[kind] if self.is_several else kind)  # type: ignore[valid-type]
+        return whole if self.is_required or self.default is not None else whole | None
+
+    @property
+    def bounds(self) -> str:
+        """The values that it allows, such as 'above 0.0'; '' if any is allowed."""
+        return '' if self.kind is bool else describe_bounds(self.field._replace(unit='', length=None))
+
+    @property
+    def meaning(self) -> str:
+        """Its description with its unit."""
+        return f'{self.field.description} [{self.field.unit}]' if self.field.unit else self.field.description
 
     def element(self, value: Any) -> Any:
         """Convert a value, or an element of it, to its type; raise ParameterError if it is not allowed."""
@@ -173,6 +208,73 @@ def assemble(request: type[Request], values: Mapping[str, Any]) -> Request:
         elif name in values:
             parts[name] = values[name]
     return request(**parts)
+
+
+def takes_fields(request: type) -> Callable[[Function], Function]:
+    """
+    Complete a function of the Python API from a request; a decorator.
+
+    A last parameter ``**options`` gives way to a keyword for each field that the signature lacks. The section
+    Parameters of the docstring gets an entry for each parameter that it lacks, from the description of the field.
+    """
+    def completed(function: Function) -> Function:
+        own, options = inspect.signature(function), options_of(request)
+        parameters = [one for one in own.parameters.values() if one.kind != one.VAR_KEYWORD]
+        if len(parameters) < len(own.parameters):
+            parameters += [inspect.Parameter(
+                name, inspect.Parameter.KEYWORD_ONLY, annotation=option.python,
+                default={} if get_origin(option.python) is Mapping else option.default)
+                           for name, option in options.items() if name not in own.parameters]
+            function.__signature__ = own.replace(parameters=parameters)  # type: ignore[attr-defined]
+        # Python with -OO has no docstrings
+        if function.__doc__:
+            head, title, rest = inspect.cleandoc(function.__doc__).partition('Parameters\n----------\n')
+            section, _, tail = rest.partition('\n\n')
+            written = {entry.partition(' : ')[0].strip('*'): entry for entry in re.split(r'\n(?=\S)', section)}
+            entries = [written.get(one.name) or _entry(options[one.name], one.annotation) for one in parameters]
+            function.__doc__ = '\n'.join([head + title + '\n'.join(entries), '', tail])
+        return function
+
+    return completed
+
+
+def _entry(option: Option, annotation: Any) -> str:
+    """Return the entry of a field in the section Parameters of a docstring."""
+    meaning = f'if {not option.default}, {option.meaning}' if option.kind is bool else option.meaning
+    # those of a registry may change, and are listed by the command line
+    bounds = option.bounds if isinstance(option.field.choices, tuple) else ''
+    text = f'{meaning[0].upper()}{meaning[1:]}{f" ({bounds})" if bounds else ""}.'
+    return f'{option.name} : {_type_text(annotation)}\n{textwrap.indent(textwrap.fill(text, 100), "    ")}'
+
+
+def _type_text(annotation: Any) -> str:
+    """
+    Return a type as in docstrings.
+
+    Examples
+    --------
+    >>> _type_text(Mapping[str, tuple[float, float]] | None), _type_text(Collection[str | PathLike[str]])
+    ('mapping of str to (float, float) or None', 'collection of path')
+
+    """
+    origin, parts = get_origin(annotation), [*map(_type_text, get_args(annotation))]
+    if origin in (Union, UnionType):
+        return ' or '.join(parts[parts[:2] == ['str', 'path']:])
+    if origin is tuple:
+        return f'({", ".join(parts)})'
+    if origin is PathLike:
+        return 'path'
+    if origin is not None:
+        return f'{origin.__name__.lower()} of {" to ".join(parts)}'
+    return 'None' if annotation is NoneType else str(annotation.__name__)
+
+
+def refuse_files(options: Collection[str]) -> None:
+    """Raise ParameterError if keywords of a function of the Python API are options of a command that name files."""
+    unused = [f'{name}: nothing is written to files from Python; leave it out, and call report() of the result'
+              for name in ('output', 'overwrite', 'resume') if name in options]
+    if unused:
+        raise ParameterError(unused)
 
 
 def read_bounds(value: Any) -> tuple[str, tuple[float, float]]:

@@ -28,7 +28,8 @@ from typing import Annotated, NamedTuple
 from mobile_robot_control.cli import make_main, make_parser, request_of
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.planning.page import plan_page
-from mobile_robot_control.planning.planning import Plan, PlanRequest, make_plan
+from mobile_robot_control.planning.planning import Plan
+from mobile_robot_control.planning.request import PlanRequest, make_plan
 from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.system.texts import printable
 

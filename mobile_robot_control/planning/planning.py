@@ -1,41 +1,23 @@
 """The plan of a path: its fastest motion at every point, with the wheels' motion and the active limit."""
 
 from bisect import bisect_right
-from collections.abc import Mapping
-from os import fspath
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mobile_robot_control.control.compensation import inverse_dynamics
 from mobile_robot_control.model.kinematics import wheel_velocity
-from mobile_robot_control.parameters.declaration import Field, flatten
-from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.quantities import Reference
-from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.motion import PathMotion
 from mobile_robot_control.reference.stretches import Stretch, polyline, route_of
-from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
 from mobile_robot_control.settings.nodes import Configuration, course_of, path_of
-from mobile_robot_control.settings.provenance import call_text, provenance
+from mobile_robot_control.settings.provenance import provenance
 
 Floats = NDArray[np.float64]
 _FINE, _BESIDE = 32, 16
 """Segments of a span, and spans before and after a waypoint, to measure how far it is from a path."""
-
-
-class PlanRequest(NamedTuple):
-    """The request to plan a path."""
-
-    sources: ParameterSources
-    file: Annotated[str, Field('', 'CSV or YAML file of waypoints: x, y [m] and an optional speed [m/s]'),
-                    Reader(fspath, 'FILE')]
-
-    def configuration(self) -> Configuration:
-        """Return the configuration of a run along the path."""
-        return self.sources.with_values(
-            {'reference_cart.curve': PATH, 'reference_cart.path.file': self.file}).configuration()
 
 
 class Plan(NamedTuple):
@@ -95,11 +77,6 @@ class Plan(NamedTuple):
         return f'<Plan: {self.length:.3g} m in {self.duration:.4g} s; active: {most}>'
 
 
-def make_plan(request: PlanRequest, command_line: str) -> Plan:
-    """Plan the path of a request; raise ParameterError if it is infeasible."""
-    return plan_of(request.configuration(), command_line)
-
-
 def _deviation(stretch: Stretch) -> float:
     """Return the largest distance of a waypoint from a stretch, near the span that it belongs to [m]."""
     path, numbers = stretch.request.path, [number for _, number in stretch.control]
@@ -146,46 +123,3 @@ def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
         length=path.length, waypoints=np.array(given), repeated=request.waypoints.repeated,
         deviation=max(map(_deviation, route_of(request).stretches)), ignored=path.ignored, limits=flatten(cart.timing),
         active=path.shares(), provenance=provenance(command_line, configuration))
-
-
-def plan(
-    file: File, *files: File, robot: File | None = None, parameters: Mapping[str, object] | None = None
-) -> Plan:
-    r"""
-    Plan the fastest motion along a path of waypoints, as the command `plan` does, without driving it.
-
-    Parameters
-    ----------
-    file : path
-        CSV or YAML file of waypoints.
-    *files : path
-        ROS 2 parameter files, later ones win.
-    robot : str or path or None
-        A robot of this package, or the parameter file of one.
-    parameters : mapping of str to object or None
-        Values by ``NODE.PARAMETER``, which win over the files: ``reference_cart.timing.*`` and
-        ``reference_cart.path.*``.
-
-    Returns
-    -------
-    Plan
-        The motion, with the active limit at each point.
-
-    Raises
-    ------
-    ParameterError
-        With every violation; those of the file have their line.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import mkdtemp
-    >>> file = Path(mkdtemp(), 'line.csv')
-    >>> _ = file.write_text('0, 0\n1, 0\n')
-    >>> limits = {'max_linear_velocity': 0.5, 'max_linear_acceleration': 1.0}
-    >>> plan(file, parameters={f'reference_cart.timing.{name}': value for name, value in limits.items()})
-    <Plan: 1 m in 2.5 s; active: linear velocity 60%, linear acceleration 40%>
-
-    """
-    request = PlanRequest(parameter_sources(files, robot, parameters), fspath(file))
-    return make_plan(request, call_text('plan', file, *files, robot=robot, parameters=parameters))

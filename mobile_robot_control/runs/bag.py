@@ -360,9 +360,8 @@ def _read_topic(value: Any) -> tuple[str, str]:
 
 
 Topics = Annotated[tuple[tuple[str, str], ...], Field(
-    '', 'name of a loop topic, or of ground_truth, on your robot or in your bags, such as odom:=/base/odom; may be '
-    'repeated'),
-    Reader(_read_topic, 'NAME:=TOPIC', again=True)]
+    '', 'name of a loop topic, or of ground_truth, on your robot or in your bags'),
+    Reader(_read_topic, 'NAME:=TOPIC', again=True, example='odom:=/base/odom')]
 """The option --topic."""
 
 

@@ -1,6 +1,6 @@
 """Requested searches: loop, goal, scenarios and settings."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from hashlib import sha256
 from typing import Annotated, Any, NamedTuple
 
@@ -58,16 +58,16 @@ def _read_start(value: Any) -> Pose:
 class ScenarioRequest(NamedTuple):
     """The scenarios of a search, in every combination; omitted fields are as configured."""
 
-    curves: Annotated[tuple[str, ...], Field('', 'curves to drive', choices=CURVES)] = ()
-    scales: Annotated[tuple[float, ...], Field('m', 'sizes of the curves', above=0.0)] = ()
+    curves: Annotated[tuple[str, ...], Field('', 'curves to drive; by default that of the cart', choices=CURVES)] = ()
+    scales: Annotated[tuple[float, ...], Field('m', 'sizes of the curves; by default that of the cart', above=0.0)] = ()
     start: Annotated[tuple[Pose, ...], Field(
-        '', "offset of the robot's start from the cart's: x, y [m] in the odometry frame, heading [rad], as "
-        '--start=-0.2,0,0; may be repeated'), Reader(_read_start, 'DX,DY,DYAW', again=True)] = ()
-    mass: Annotated[tuple[float, ...], Field('', "factors of the robot's mass and inertia, such as 0.8 1.2", above=0.0)
-                    ] = (1.0,)
+        '', "offset of the robot's start from the cart's: x, y [m] in the odometry frame, heading [rad]"),
+        Reader(_read_start, 'DX,DY,DYAW', True, '--start=-0.2,0,0', Collection[tuple[float, float, float]])] = ()
+    mass: Annotated[tuple[float, ...], Field('', "factors of the robot's mass and inertia, such as 0.8 and 1.2",
+                                             above=0.0)] = (1.0,)
     friction: Annotated[tuple[float, ...], Field('', 'factors of its friction', above=0.0)] = (1.0,)
-    delays: Annotated[tuple[int, ...], Field('', 'delays of the torques in velocity periods, such as 1 2 for the wall '
-                                             'clock', minimum=0, maximum=LONGEST_DELAY)] = ()
+    delays: Annotated[tuple[int, ...], Field('', 'delays of the torques in velocity periods, such as 1 and 2 for '
+                                             'the wall clock', minimum=0, maximum=LONGEST_DELAY)] = ()
     coulomb: Annotated[tuple[float, ...], Field(
         'N m', 'least and largest Coulomb friction at the axle of each wheel: listed scenarios are driven with both, '
         'random ones with one between', minimum=0.0, length=2)] = ()
@@ -97,8 +97,9 @@ class SearchRequest(NamedTuple):
         f'{_GENERATIONS[False]}', minimum=1, maximum=10**9)] = None
     time_limit: Annotated[float | None, Field('s', 'wall time after which no generation begins', above=0.0)] = None
     bounds: Annotated[tuple[tuple[str, tuple[float, float]], ...], Field(
-        '', 'bounds of a gain, such as k1=0:5 or position_controller.fuzzy.b[1]=0:2; may be repeated'),
-        Reader(read_bounds, 'NAME=LOW:HIGH', again=True)] = ()
+        '', 'low and high bounds of a gain by its name; other gains keep theirs'),
+        Reader(read_bounds, 'NAME=LOW:HIGH', True, 'k1=0:5 or position_controller.fuzzy.b[1]=0:2',
+               Mapping[str, tuple[float, float]])] = ()
     keep: Annotated[tuple[str, ...], Field('', 'gains to leave alone: k1, fuzzy.b[1] or the array fuzzy.b')] = ()
     with_velocity: Annotated[bool, Field('', "search the velocity gains, too, for a law that keeps them, such as "
                                          "'fuzzy'")] = False

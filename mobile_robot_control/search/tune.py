@@ -1,10 +1,9 @@
 """`tune`: a search for gains, without files."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 
 from mobile_robot_control.loop.workers import runner
-from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.parameters.requests import make_request
+from mobile_robot_control.parameters.requests import make_request, refuse_files, takes_fields
 from mobile_robot_control.search.objective import Objective
 from mobile_robot_control.search.request import Search, SearchRequest
 from mobile_robot_control.search.result import Tuned, tuned_of
@@ -14,50 +13,24 @@ from mobile_robot_control.settings.provenance import call_text
 from mobile_robot_control.system.progress import StagedBar
 
 
-def refuse_files(options: Collection[str]) -> None:
-    """Raise ParameterError if options of a command name files."""
-    unused = [f'{name}: nothing is written to files from Python; leave it out, and call report() of the result'
-              for name in ('output', 'overwrite', 'resume') if name in options]
-    if unused:
-        raise ParameterError(unused)
-
-
+@takes_fields(SearchRequest)
 def tune(
     controller: str, *files: File, seed: int, robot: File | None = None,
-    parameters: Mapping[str, object] | None = None, generations: int | None = None, population: int | None = None,
-    algorithm: str | None = None, bounds: Mapping[str, tuple[float, float]] | None = None,
-    keep: Collection[str] = (), workers: int | None = None, progress: bool = False, **options: object,
+    parameters: Mapping[str, object] | None = None, progress: bool = False, **options: object,
 ) -> Tuned:
     """
     Search for gains, as the command `tune` does: the same seed gives the same gains.
 
     Parameters
     ----------
-    controller : str
-        A position law, or 'velocity'.
     *files : path
         ROS 2 parameter files of the loop, later ones win; without any, the defaults.
-    seed : int
-        Of all random numbers.
     robot : str or path or None
         A robot of this package, or the parameter file of one.
     parameters : mapping of str to object or None
         Values by ``NODE.PARAMETER``, which win over the files.
-    generations, population : int or None
-        Of each search; defaults as of the command.
-    algorithm : str or None
-        'nelder_mead', 'differential_evolution' or 'genetic'; if None, the first.
-    bounds : mapping of str to (float, float) or None
-        Low and high by gene, such as ``{'k1': (0, 5)}``; other genes keep their bounds.
-    keep : collection of str
-        Gains excluded from the search.
-    workers : int or None
-        Cores of this machine; all if None.
     progress : bool
         Whether to show a progress bar.
-    **options : object
-        Further options of the command, by their names with underscores, such as ``laps=2``,
-        ``curves=['trifolium', 'lemniscate']``, ``random=10`` or ``start=[(-0.2, 0, 0)]``.
 
     Returns
     -------
@@ -75,8 +48,8 @@ def tune(
     --------
     A search takes from some seconds on, as it compiles the loop::
 
-        found = tune('backstepping', seed=1, generations=20, keep=['ti1', 'ti2'])
-        found.save('found.yaml')
+        tuned = tune('backstepping', seed=1, generations=20, keep=['ti1', 'ti2'], bounds={'k1': (0.0, 5.0)})
+        tuned.save('tuned.yaml')
 
     A request that cannot be met is refused before that:
 
@@ -87,9 +60,8 @@ def tune(
     """
     refuse_files(options)
     sources = parameter_sources(files, robot, parameters)
-    asked = {'controller': controller, 'seed': seed, 'generations': generations, 'population': population,
-             'algorithm': algorithm, 'bounds': bounds, 'keep': keep, 'workers': workers, **options}
-    request = make_request(SearchRequest, {'sources': sources, **asked})
+    fields = {'controller': controller, 'seed': seed, **options}
+    request = make_request(SearchRequest, {'sources': sources, **fields})
     search = Search(request)
     with (runner(request.where) as run,
           StagedBar(search.most_generations, 'generation', 'searching', progress) as bar):
@@ -105,4 +77,4 @@ def tune(
         if why:
             raise RuntimeError(why)
         return tuned_of(search, staged, objective, call_text(
-            'tune', *files, robot=robot, parameters=parameters, **asked))
+            'tune', *files, robot=robot, parameters=parameters, **fields))

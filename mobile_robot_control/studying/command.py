@@ -39,15 +39,9 @@ from mobile_robot_control.runs.rollout import measure
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.samples import collect
 from mobile_robot_control.settings.nodes import Configuration
-from mobile_robot_control.studying.engine import (
-    StudyRequest,
-    drawn_scenarios,
-    run_study,
-    studied_controllers,
-    study_answer,
-    study_lines,
-)
+from mobile_robot_control.studying.engine import run_study, study_answer, study_lines
 from mobile_robot_control.studying.failures import scenario_text
+from mobile_robot_control.studying.request import StudyRequest, drawn_scenarios, studied_controllers
 from mobile_robot_control.studying.study import driven, odometry_lines, study_of, write_study
 from mobile_robot_control.system.files import alone_in, check_place
 from mobile_robot_control.system.process import Interrupt

@@ -4,7 +4,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -17,24 +17,16 @@ from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.loop.drawn import compiles, judged_rows, run_draws
 from mobile_robot_control.loop.scenarios import Scenario, scenario_trial
 from mobile_robot_control.loop.workers import Workers, runner
-from mobile_robot_control.parameters.requests import make_request
+from mobile_robot_control.parameters.requests import make_request, refuse_files, takes_fields
 from mobile_robot_control.runs.rollout import trial_rollout
 from mobile_robot_control.runs.run import Run, as_dataframe
 from mobile_robot_control.runs.samples import collect
-from mobile_robot_control.search.tune import refuse_files
 from mobile_robot_control.settings.configure import File, parameter_sources
 from mobile_robot_control.settings.nodes import Configuration, has_exact_odometry
 from mobile_robot_control.settings.provenance import call_text, provenance
-from mobile_robot_control.studying.engine import (
-    StudiedController,
-    StudyRequest,
-    run_study,
-    studied_controllers,
-    study_columns,
-    study_drawing,
-    study_values,
-)
+from mobile_robot_control.studying.engine import StudiedController, run_study, study_columns, study_values
 from mobile_robot_control.studying.page import Judgement, StudiedRuns, chosen_runs, starts_figure, write_study_page
+from mobile_robot_control.studying.request import StudyRequest, studied_controllers, study_draws
 from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.system.progress import StagedBar
 from mobile_robot_control.system.texts import printable
@@ -190,15 +182,15 @@ def odometry_lines(request: StudyRequest, results: Mapping[str, StudiedControlle
         failed = np.flatnonzero(~one.judged.success)
         if not failed.size or has_exact_odometry(one.parameters.plant):
             continue
-        drawing = study_drawing(request, one.parameters, by_odometry=True)
-        _, some = next(drawing.runs(one.scenarios.chosen(failed[:_FEW])))
+        draws = study_draws(request, one.parameters, by_odometry=True)
+        _, some = next(draws.runs(one.scenarios.chosen(failed[:_FEW])))
         if failed.size > _FEW and compiles(some.scene):
             repeated = failed[:_REPEATED]
             with runner(Workers(request.where.workers)) as run:
-                rows = judged_rows(run, drawing, one.scenarios.chosen(repeated))
+                rows = judged_rows(run, draws, one.scenarios.chosen(repeated))
         else:
             repeated = failed[:_FEW]
-            rows = np.concatenate([run_draws(runs, False) for _, runs in drawing.runs(one.scenarios.chosen(repeated))])
+            rows = np.concatenate([run_draws(runs, False) for _, runs in draws.runs(one.scenarios.chosen(repeated))])
         near = np.count_nonzero(rows[:, 0])
         yield (f'{name}: success counts the true pose; by odometry {near} of '
                f'{"" if repeated.size == failed.size else "the first "}{repeated.size} failures succeed'
@@ -224,10 +216,10 @@ def _in_words(found: Mapping[str, Any]) -> str:
     return f'{found["successes"]} of {found["runs"]} runs succeeded (95 % interval {low} to {high} %){error}'
 
 
+@takes_fields(StudyRequest)
 def study(
     *files: File, runs: int, seed: int, compare: Compared = (), robot: File | None = None,
-    parameters: Mapping[str, object] | None = None, laps: float | None = None, curves: Collection[str] = (),
-    scales: Collection[float] = (), workers: int | None = None, progress: bool = False, **options: object,
+    parameters: Mapping[str, object] | None = None, progress: bool = False, **options: object,
 ) -> Study:
     """
     Study controllers in the same random scenarios, as the command `study` does: the same seed gives the same numbers.
@@ -236,10 +228,6 @@ def study(
     ----------
     *files : path
         ROS 2 parameter files, later ones win; without any, the defaults.
-    runs : int
-        Of each controller.
-    seed : int
-        Of all random numbers.
     compare : mapping of str to (path or mapping), or sequence of path
         The controllers, each in addition to files and parameters: by name a parameter file, or values by
         ``NODE.PARAMETER``; or files, named as by the command. If empty, only the configured controller.
@@ -247,18 +235,8 @@ def study(
         A robot of this package, or the parameter file of one.
     parameters : mapping of str to object or None
         Values by ``NODE.PARAMETER``, which win over the files.
-    laps : float or None
-        Length of each run; 2 if None.
-    curves : collection of str
-        To draw from; trifolium and lemniscate if empty.
-    scales : collection of float
-        To draw from [m]; 0.5 and 1 if empty.
-    workers : int or None
-        Cores of this machine; all if None.
     progress : bool
         Whether to show a progress bar.
-    **options : object
-        Further options of the command, by their names with underscores, such as ``within=0.5`` or ``longest_delay=2``.
 
     Returns
     -------
@@ -286,10 +264,11 @@ def study(
     """
     refuse_files(options)
     sources = parameter_sources(files, robot, parameters)
-    asked = {'runs': runs, 'seed': seed, 'compare': compare, 'laps': laps, 'curves': curves or None,
-             'scales': scales or None, 'workers': workers, **options}
-    request = make_request(StudyRequest, {'sources': sources, **asked})
+    # empty ones stand for the defaults
+    curves, scales = options.get('curves') or None, options.get('scales') or None
+    fields = {'runs': runs, 'seed': seed, 'compare': compare, **options, 'curves': curves, 'scales': scales}
+    request = make_request(StudyRequest, {'sources': sources, **fields})
     controllers = studied_controllers(request)
     with runner(request.where) as run, StagedBar(runs * len(controllers), 'run', 'driving', progress) as bar:
         studied = run_study(request, controllers, run, bar.update, lambda: False)
-    return study_of(request, studied, call_text('study', *files, robot=robot, parameters=parameters, **asked))
+    return study_of(request, studied, call_text('study', *files, robot=robot, parameters=parameters, **fields))

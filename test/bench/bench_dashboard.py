@@ -22,7 +22,7 @@ MEGABYTES, SHARE = 150.0, 0.25
 
 def watch(graph: Graph, folder: Path) -> None:
     """Attach a page to a graph."""
-    graph.start('dashboard', 'mobile_robot_control.dashboard.serving', '--attach', '--port', '0', '--output', folder)
+    graph.start('dashboard', 'mobile_robot_control.dashboard.command', '--attach', '--port', '0', '--output', folder)
 
 
 def speeds(folder: Path, windows: int = WINDOWS) -> tuple[list[float], list[float]]:

@@ -38,7 +38,7 @@ def write_bag(path: Path) -> None:
 
 def megabytes(run: Path, output: Path) -> float:
     """Give the largest memory of the process that reports a run."""
-    return usage_of('-m', 'mobile_robot_control.report.reports', run, '--output', output)[1]
+    return usage_of('-m', 'mobile_robot_control.report.command', run, '--output', output)[1]
 
 
 def rows() -> Iterator[Row]:
@@ -46,7 +46,7 @@ def rows() -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         show('report, a table of ten minutes')
-        subprocess.run([sys.executable, '-m', 'mobile_robot_control.runs.simulation', '--duration', '600', '--output',
+        subprocess.run([sys.executable, '-m', 'mobile_robot_control.runs.command', '--duration', '600', '--output',
                         folder / 'run.csv'], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         found = megabytes(folder / 'run.csv', folder / 'report')
         yield at_most('memory of `report`, a table of ten minutes', found / TABLE, 1.0,

@@ -39,7 +39,8 @@ from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.studying import engine
-from mobile_robot_control.studying.engine import StudyRequest, run_study, studied_controllers
+from mobile_robot_control.studying.engine import run_study
+from mobile_robot_control.studying.request import StudyRequest, studied_controllers
 from mobile_robot_control.studying.study import csv_lines, study_of
 
 LAP = 16.0

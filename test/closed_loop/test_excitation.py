@@ -7,7 +7,7 @@ from helpers.drawn import drawn
 from helpers.promising import BASES
 from helpers.stand_in_model import drive
 
-from mobile_robot_control.experiment.excitation import Agreement, Area, Excited, excite
+from mobile_robot_control.excitation.excitation import Agreement, Area, Excited, excite
 from mobile_robot_control.quantities import BodyVelocity, Pose
 
 RATE = 20.0

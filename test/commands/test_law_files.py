@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.search import command as tune
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load

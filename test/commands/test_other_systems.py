@@ -50,7 +50,7 @@ def test_a_benchmark_spawns_its_workers_without_posix(run):
     ['experiment', '--duration', '0.1', '--output', 'out'], ['dashboard', '--port', '0', '--output', 'out']])
 def test_commands_of_nodes_say_that_ros_is_missing(tmp_path, command):
     (tmp_path / 'rclpy.py').write_text("raise ModuleNotFoundError(\"No module named 'rclpy'\")")
-    module = {'experiment': 'experiment.command', 'dashboard': 'dashboard.serving'}[command[0]]
+    module = {'experiment': 'experiment.command', 'dashboard': 'dashboard.command'}[command[0]]
     # no node starts, in whatever domain
     done = subprocess.run([sys.executable, '-m', f'mobile_robot_control.{module}', *command[1:]], cwd=tmp_path,
                           capture_output=True, text=True, check=False,

@@ -9,7 +9,7 @@ import pytest
 from mobile_robot_control.experiment import command as experiment
 from mobile_robot_control.loop.scenarios import ONE_RUN, check_run_length
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.runs.csv_table import Rows
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.search import command as tune
@@ -65,7 +65,7 @@ def test_an_interrupted_simulation_writes_what_was_done(tmp_path, monkeypatch, c
                 os.kill(os.getpid(), signal.SIGINT)
             yield sample
 
-    monkeypatch.setattr('mobile_robot_control.runs.simulation.rollout', interrupted)
+    monkeypatch.setattr('mobile_robot_control.runs.request.rollout', interrupted)
     output, before = tmp_path / 'run.csv', signal.getsignal(signal.SIGINT)
     assert simulate.main(['--duration', '16', '--output', str(output), '--json']) == 1
     assert signal.getsignal(signal.SIGINT) is before

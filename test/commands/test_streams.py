@@ -9,12 +9,12 @@ import sys
 import pytest
 
 from mobile_robot_control.experiment import command as experiment
-from mobile_robot_control.report import reports as report
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.report import command as report
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.search import command as tune
 from mobile_robot_control.studying import command as study
 
-SIMULATE = [sys.executable, '-m', 'mobile_robot_control.runs.simulation', '--duration', '0.01']
+SIMULATE = [sys.executable, '-m', 'mobile_robot_control.runs.command', '--duration', '0.01']
 
 
 def _run(redirections, *arguments, **environment):

@@ -12,7 +12,7 @@ from helpers.harness import CONFIG
 
 from mobile_robot_control.control.hybrid_backstepping import HybridState
 from mobile_robot_control.quantities import BodyVelocity
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.search.space import search_genes
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load

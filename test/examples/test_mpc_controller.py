@@ -19,7 +19,7 @@ import sys
 import pytest
 import mobile_robot_control as mrc
 from mobile_robot_control.experiment import command as experiment
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.control.laws import LAWS
 
 file, folder, tests = sys.argv[1:]

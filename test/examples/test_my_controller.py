@@ -17,7 +17,7 @@ EXAMPLE = ROOT / 'examples' / 'my_controller'
 DRIVE = '''
 import sys
 from mobile_robot_control.experiment import command as experiment
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.control.laws import LAWS
 
 print('origin', LAWS.origin('my_kanayama'))

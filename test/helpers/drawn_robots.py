@@ -6,7 +6,7 @@ import numpy as np
 
 from helpers.bag_making import CMD_VEL, GROUND_TRUTH, KINDS, ODOM, WALL
 from helpers.stand_in_model import STEP, StandIn
-from mobile_robot_control.experiment.excitation import Area, Excited, excite
+from mobile_robot_control.excitation.excitation import Area, Excited, excite
 from mobile_robot_control.model.base import Base, base_at_rest, base_step, discretise_base
 from mobile_robot_control.model.dynamics import at_rest
 from mobile_robot_control.model.kinematics import along_arc

@@ -27,7 +27,7 @@ class LivePage:
     def __init__(self, folder, *arguments, environment=()):
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True)
-        self._command = [sys.executable, '-m', 'mobile_robot_control.dashboard.serving', '--port', '0', '--output',
+        self._command = [sys.executable, '-m', 'mobile_robot_control.dashboard.command', '--port', '0', '--output',
                          str(folder), *arguments]
         self._environment = os.environ | dict(environment)
         self.start()

@@ -11,7 +11,7 @@ from helpers.bag_making import record
 from hostile.case import Place, listing, make_case, make_place
 from hostile.judging import faults
 from hostile.kinds import KINDS
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.search.journal import Journal
 from mobile_robot_control.settings.nodes import Configuration

@@ -9,7 +9,7 @@ import pytest
 from helpers.harness import CONFIG
 
 from mobile_robot_control.experiment import command as experiment
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.search import command as tune
 from mobile_robot_control.studying import command as study
 
@@ -34,7 +34,7 @@ TUNE = ['velocity', '--seed', '1', '--generations', '1', '--population', '5', '-
 
 
 def _simulated(environment):
-    return subprocess.run([sys.executable, '-m', 'mobile_robot_control.runs.simulation', *SHORT],
+    return subprocess.run([sys.executable, '-m', 'mobile_robot_control.runs.command', *SHORT],
                           env=os.environ | environment, capture_output=True, text=True, check=False)
 
 

@@ -56,7 +56,7 @@ def run(folder, *arguments):
 
 SIMULATE = '''
 import sys
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs import command as simulate
 
 for name in sys.argv[1:]:
     code = simulate.main(['--duration', '0.1', '-p', f'position_controller.controller_type:={name}'])
@@ -93,7 +93,7 @@ def test_a_node_refuses_it_too(domain, tmp_path):
 BORROWER = LAW.replace('Gains)', "Gains, groups=('lender', 'borrower'))")
 BOTH = '''
 import sys
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.search import command as tune
 
 law = ['-p', 'position_controller.controller_type:=borrower']

@@ -9,9 +9,9 @@ import pytest
 
 from mobile_robot_control.pages import page_parts
 from mobile_robot_control.pages.page_parts import chart_scripts, replay_scripts
+from mobile_robot_control.report import command as report
 from mobile_robot_control.report import report_writing
-from mobile_robot_control.report import reports as report
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.runs.csv_table import CSV_COLUMNS
 from mobile_robot_control.runs.reading import load_run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES, PanelOf

@@ -15,9 +15,9 @@ PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
 LOADED_MODULES = [name.partition(':')[0] for name in LOADED.values()]
 FILES = sorted(path for path in PACKAGE.rglob('*.py') if path != PACKAGE / '__init__.py')
 # a node is a folder, or a module beside the folders; the package's own __init__ is its face and imports nothing itself
-MAY_IMPORT_ROS = {'ros', 'messages', 'experiment', 'dashboard'}
+MAY_IMPORT_ROS = {'ros', 'messages', 'experiment', 'excitation', 'dashboard'}
 HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
-WITH_ARRAYS = {'experiment/excitation.py', *(
+WITH_ARRAYS = {'excitation/excitation.py', *(
     f'loop/{name}.py' for name in ('batch', 'cuda', 'cuda_kernels', 'drawn', 'monte_carlo')), *(
     f'reference/{name}.py' for name in (
         'joining', 'motion', 'path_fit', 'path_shape', 'planned_path', 'stopping', 'timing'))}
@@ -103,7 +103,7 @@ def test_ros_and_heavy_libraries_are_imported_where_they_belong(imported):
 
 
 @pytest.mark.parametrize(('modules', 'absent'), [
-    (['', '.runs.simulation', '.testing'], ROS | HEAVY), (['.runs.run', '.runs.samples'], ROS | HEAVY - {'numpy'}),
+    (['', '.runs.command', '.testing'], ROS | HEAVY), (['.runs.run', '.runs.samples'], ROS | HEAVY - {'numpy'}),
     ([name.removeprefix(PACKAGE.name) for name in LOADED_MODULES], HEAVY - {'numpy'} | {'rosbags', 'tqdm'}),
 ])
 def test_nodes_and_simulate_import_no_heavy_module(modules, absent):

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 from mobile_robot_control.benchmarking import command as benchmark
-from mobile_robot_control.benchmarking.cell import read_result, write_result
+from mobile_robot_control.benchmarking.cell_result import read_result, write_result
 from mobile_robot_control.loop import batch
 
 TRACKS = {
@@ -50,8 +50,8 @@ def test_drawn_runs_are_the_same_over_dds_and_one_that_is_not_is_told(domain, tm
     # gains that are not those of the table
     for file in (tmp_path / 'out' / 'cells').glob('*.json'):
         cell = read_result(file)
-        for name, value in cell['results'][0]['gains'].items():
-            cell['results'][0]['gains'][name] = value * (1.0 + 1e-6) if isinstance(value, float) else value
+        for name, value in cell.results[0].gains.items():
+            cell.results[0].gains[name] = value * (1.0 + 1e-6) if isinstance(value, float) else value
         write_result(file, cell)
     changed = verify(1)
     assert changed.returncode == 1

@@ -36,7 +36,7 @@ def base(robot):
 
 
 def start(*arguments, **options):
-    return subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.experiment.excite', *arguments],
+    return subprocess.Popen([sys.executable, '-m', 'mobile_robot_control.excitation.command', *arguments],
                             **{'stderr': subprocess.PIPE, 'text': True, **options})
 
 

@@ -12,7 +12,7 @@ from helpers.processes import processes_of, threads_of
 from mcap_ros2.reader import read_ros2_messages
 
 from mobile_robot_control.runs import bag
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs import command as simulate
 
 FAST = ('-p', 'plant.real_time_factor:=0.0')
 WALL_CLOCK = ('--params-file', CONFIG / 'wall_clock.yaml')

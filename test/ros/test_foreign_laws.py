@@ -12,7 +12,7 @@ from rcl_interfaces.srv import DescribeParameters
 
 from mobile_robot_control.parameters.plugins import load_plugins
 from mobile_robot_control.runs import bag
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import at_cart_start, configure
 from mobile_robot_control.settings.files import load

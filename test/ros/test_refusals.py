@@ -111,9 +111,9 @@ def test_the_placement_of_an_earlier_file_does_not_count_on_a_path_and_beside_th
 
 @pytest.mark.parametrize(('program', 'words'), [
     (['ros.start.executables', 'plant', '--ros-args', '-p', 'robot.mass:=0.0'], ['robot.mass = 0.0']),
-    (['runs.simulation', '--duration', '1', '-p', '/**.robot.mass:=0.0'], ['robot.mass = 0.0']),
-    (['runs.simulation'], ['usage', 'duration']),
-    (['runs.simulation', '--duration', '1', '--output', '{folder}/file/run'], ['file']),
+    (['runs.command', '--duration', '1', '-p', '/**.robot.mass:=0.0'], ['robot.mass = 0.0']),
+    (['runs.command'], ['usage', 'duration']),
+    (['runs.command', '--duration', '1', '--output', '{folder}/file/run'], ['file']),
     (['experiment.command', '--duration', '1', '--output', '{folder}/file/run'], ['file']),
     (['experiment.command', '--duration', '1', '--output', '{folder}/run', '-p', '/**.robot.mass:=-1.0', '-p',
       'reference_cart.curve:=square'], ['robot.mass = -1.0', "curve = 'square'"]),

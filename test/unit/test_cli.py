@@ -8,20 +8,20 @@ import pytest
 from commands import command_modules
 
 from mobile_robot_control.cli import make_main, make_parser, sources_of
+from mobile_robot_control.excitation import command as excite
 from mobile_robot_control.experiment import command as experiment
-from mobile_robot_control.experiment import excite
 from mobile_robot_control.experiment.folders import experiment_folders
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.parameters.requests import make_request
-from mobile_robot_control.report import reports as report
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.report import command as report
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.search import command as tune
 from mobile_robot_control.search.request import SearchRequest
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import configuration_text, load
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.studying import command as study
-from mobile_robot_control.studying.engine import StudyRequest
+from mobile_robot_control.studying.request import StudyRequest
 from mobile_robot_control.version import __version__
 
 
@@ -91,7 +91,7 @@ def test_every_command_tells_the_version_of_the_package(capsys):
 def test_excite_says_without_yes_what_it_would_do_and_refuses_what_cannot_be_done(capsys, monkeypatch):
     # it does not join ROS
     monkeypatch.setitem(sys.modules, 'rclpy', None)
-    monkeypatch.delitem(sys.modules, 'mobile_robot_control.experiment.excitation_run', raising=False)
+    monkeypatch.delitem(sys.modules, 'mobile_robot_control.excitation.driving', raising=False)
     for words, code, told in (
             ('2 3 --max-velocity 0.5', 0, 'within 1 m ahead and behind, and 1.5 m to both sides'),
             ('1 3 --max-velocity 0.4 --yes', 2, 'take sides of 1.6 m, or a max_velocity of 0.25 m/s'),

@@ -13,9 +13,9 @@ from mobile_robot_control.control.velocity_pi import LAW, VelocityGains
 from mobile_robot_control.loop.closed_loop import Sample, with_command
 from mobile_robot_control.loop.ticks import make_velocity_tick, start
 from mobile_robot_control.quantities import BodyVelocity, Observation
+from mobile_robot_control.runs.request import simulate
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.runs.run import Run
-from mobile_robot_control.runs.simulation import simulate
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.nodes import Configuration

@@ -38,7 +38,7 @@ def _upgrade(address, origin):
 
 
 def _run(tmp_path, *arguments, **variables):
-    return subprocess.run([sys.executable, '-m', 'mobile_robot_control.dashboard.serving', '--output', tmp_path,
+    return subprocess.run([sys.executable, '-m', 'mobile_robot_control.dashboard.command', '--output', tmp_path,
                            *arguments],
                           capture_output=True, text=True, timeout=120, env=os.environ | variables, check=False)
 

@@ -5,7 +5,7 @@ import pytest
 from helpers.small_benchmark import read, run
 
 import mobile_robot_control as mrc
-from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest, published_rows
+from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest, published_rows
 from mobile_robot_control.settings.configure import (
     ParameterSources,
 )

@@ -166,7 +166,7 @@ def test_the_published_gains_give_the_published_runs_to_the_last_bit(published):
             found = driven_again(cell._replace(runs=2), result, Work(run, STORE, lambda _: None, lambda: False))
         known, = (one for one in table.results if all(
             str(one[name]) == row[name] for name in ('track', 'law', 'gains', 'seed')))
-        assert (found['success'], found['rms_position_error']) == ([True] * 2, known['rms'][:2])
+        assert (found.judged.success, found.judged.metrics['rms_position_error']) == ([True] * 2, known['rms'][:2])
 
 
 def test_the_published_ranks_follow_from_the_published_runs_by_the_script_of_the_page(published):

@@ -1,5 +1,6 @@
 """The page of a benchmark in a real browser: it sorts, shows every law, and fits phone and desktop."""
 
+from mobile_robot_control.benchmarking.cell_result import DrivenPath
 from mobile_robot_control.benchmarking.page import answer, write_benchmark_page
 from mobile_robot_control.benchmarking.picture import ratios_figure, save_picture
 
@@ -45,8 +46,7 @@ VALUES = {
         FAILED | {'law': 'unknown', 'reason': 'not searched: no individual'},
         FAILED | {'law': 'broken', 'reason': 'at t = 0 s: <b>no answer</b>'}],
 }
-DRAWN = {'time': [0.0, 1.0, 2.0], 'x': [0.0, 1.0, 1.0], 'y': [0.0, 0.0, 1.0], 'reference_x': [0.0, 1.0, 1.0],
-         'reference_y': [0.0, 0.1, 1.0], 'error': [0.0, 0.1, 0.0]}
+PATH = DrivenPath([0.0, 1.0, 2.0], [0.0, 1.0, 1.0], [0.0, 0.0, 1.0], [0.0, 1.0, 1.0], [0.0, 0.1, 1.0], [0.0, 0.1, 0.0])
 LAWS = '[...document.querySelectorAll("#tracks tbody tr")].map(row => row.cells[0].textContent)'
 PRESS = '[...document.querySelectorAll("#tracks th button")].find(one => one.textContent.startsWith("RMS")).click()'
 
@@ -54,7 +54,7 @@ PRESS = '[...document.querySelectorAll("#tracks th button")].find(one => one.tex
 def test_it_sorts_fits_answers_in_a_sentence_and_shows_a_reason_as_text(browser, tmp_path):
     file = tmp_path / 'benchmark.html'
     svg = save_picture(ratios_figure(VALUES), tmp_path / 'benchmark.pdf')
-    write_benchmark_page(file, VALUES, {'noise': {'lqr': DRAWN, 'fuzzy': DRAWN, 'broken': None}}, svg,
+    write_benchmark_page(file, VALUES, {'noise': {'lqr': PATH, 'fuzzy': PATH, 'broken': None}}, svg,
                          {'command_line': 'benchmark', 'versions': {}})
     for width, scheme in ((1280, 'light'), (390, 'dark')):
         browser.show(file, width, scheme)

@@ -12,7 +12,7 @@ from helpers.small_benchmark import SMALL, Stopped, hash_of, read, run
 
 from mobile_robot_control.benchmarking import command as benchmark
 from mobile_robot_control.benchmarking import side_by_side
-from mobile_robot_control.benchmarking.engine import Benchmark, BenchmarkRequest
+from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop import batch
 from mobile_robot_control.parameters.declaration import ParameterError

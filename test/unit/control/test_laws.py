@@ -60,7 +60,7 @@ def test_a_law_is_one_file_and_one_line_in_the_package(tmp_path):
         return subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=True, cwd=tmp_path,
                               env=os.environ | {'PYTHONPATH': str(tmp_path)}).stdout
 
-    done = run('-m', 'mobile_robot_control.runs.simulation', '--duration', '0.1', '--json', '-p',
+    done = run('-m', 'mobile_robot_control.runs.command', '--duration', '0.1', '--json', '-p',
                'position_controller.controller_type:=my_kanayama', '-p', 'position_controller.my_kanayama.p:=3.0')
     assert json.loads(done)['outcome'] == 'completed'
     searches = run('-c', 'from mobile_robot_control.search.space import SEARCHES; print([*SEARCHES])')

@@ -11,7 +11,7 @@ from mobile_robot_control.experiment import command as experiment
 from mobile_robot_control.experiment import runner
 from mobile_robot_control.experiment.runner import ExperimentResult
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.report import reports as report
+from mobile_robot_control.report import command as report
 from mobile_robot_control.runs.rollout import rollout
 
 

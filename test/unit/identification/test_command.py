@@ -15,7 +15,7 @@ from helpers.drawn_robots import commands, record
 
 from mobile_robot_control.identification import command, judgement
 from mobile_robot_control.identification.command import main
-from mobile_robot_control.identification.identify import identify
+from mobile_robot_control.identification.request import identify
 from mobile_robot_control.identification.result import read_estimates
 from mobile_robot_control.messages.bag_files import BagFiles
 from mobile_robot_control.messages.cdr import deserialise

@@ -16,7 +16,7 @@ from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.path_parameters import PathParameters
 from mobile_robot_control.reference.waypoint_files import read_waypoints
 from mobile_robot_control.reference.waypoints import table_of
-from mobile_robot_control.runs import simulation
+from mobile_robot_control.runs import command as simulation
 from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import at_cart_start, configure

@@ -12,8 +12,8 @@ from helpers.measuring import configuration
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from mobile_robot_control.report import reports as report
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.report import command as report
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.files import configuration_text
 from mobile_robot_control.topics import LOOP_TOPICS

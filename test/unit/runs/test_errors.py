@@ -11,7 +11,7 @@ from helpers.measuring import configuration, measured
 from mobile_robot_control.figures.drawing import draw
 from mobile_robot_control.loop.metric_table import INDICES
 from mobile_robot_control.quantities import WheelTorque
-from mobile_robot_control.report import reports as report
+from mobile_robot_control.report import command as report
 from mobile_robot_control.runs.csv_table import CSV_COLUMNS, Rows, write_csv
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.runs.run import Run

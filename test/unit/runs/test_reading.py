@@ -13,8 +13,8 @@ from mobile_robot_control.figures.drawing import draw
 from mobile_robot_control.messages import writing
 from mobile_robot_control.reference.cart import reference_at
 from mobile_robot_control.reference.curves import CURVES
+from mobile_robot_control.report import command as report
 from mobile_robot_control.report import report_writing
-from mobile_robot_control.report import reports as report
 from mobile_robot_control.report.report_writing import timing_table
 from mobile_robot_control.runs.bag import choose_topics, missing_topics, read_bag
 from mobile_robot_control.runs.bag_writer import BagWriter
@@ -231,7 +231,7 @@ def test_poses_of_other_times_have_no_error_between_them(samples, tmp_path):
 @pytest.mark.timeout(900)
 def test_a_bag_of_ten_minutes_is_reported_within_a_minute_and_1_gb(tmp_path):
     path = record(tmp_path / 'bag', rollout(configuration(), 600.0))
-    seconds, megabytes = usage_of('-m', 'mobile_robot_control.report.reports', path, '--output', tmp_path / 'out')
+    seconds, megabytes = usage_of('-m', 'mobile_robot_control.report.command', path, '--output', tmp_path / 'out')
     # of CPU, since the machine may be busy
     assert seconds < 60.0
     assert megabytes < 1000.0

@@ -16,8 +16,8 @@ from mobile_robot_control.loop.metric_table import INDICES
 from mobile_robot_control.model.kinematics import body_velocity
 from mobile_robot_control.quantities import WheelVelocity
 from mobile_robot_control.reference.cart import reference_at
-from mobile_robot_control.report import reports as report
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.report import command as report
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.runs.run import COLUMNS
 from mobile_robot_control.topics import LOOP_TOPICS
 

@@ -4,7 +4,7 @@ import pytest
 
 from mobile_robot_control.control.laws import BUILT_IN
 from mobile_robot_control.parameters.declaration import flatten
-from mobile_robot_control.runs import simulation
+from mobile_robot_control.runs import command as simulation
 from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.law_sets import (

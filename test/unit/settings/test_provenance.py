@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import mobile_robot_control as mrc
+from mobile_robot_control.report import command as report
 from mobile_robot_control.report import report_writing
-from mobile_robot_control.report import reports as report
-from mobile_robot_control.runs import simulation as simulate
+from mobile_robot_control.runs import command as simulate
 from mobile_robot_control.runs.run_figures import RUN_FIGURES
 from mobile_robot_control.settings import provenance
 

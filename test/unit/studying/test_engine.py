@@ -7,7 +7,7 @@ import mobile_robot_control as mrc
 from mobile_robot_control.loop.scenarios import with_robot
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.settings.configure import ParameterSources
-from mobile_robot_control.studying.engine import draw_robots
+from mobile_robot_control.studying.request import draw_robots
 
 NAMES = ('plant.base.lag[0]', 'plant.base.lag[1]', '/**.robot.wheel_separation')
 VALUES, COVARIANCE = (0.1, 0.2, 0.35), ((1e-4, 5e-5, 0.0), (5e-5, 4e-4, 0.0), (0.0, 0.0, 1e-6))

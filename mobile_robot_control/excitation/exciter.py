@@ -14,7 +14,7 @@ from rclpy.node import Node
 from mobile_robot_control.control.odometry_faults import Opposition
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.elementary import hypot
-from mobile_robot_control.experiment.excitation import Agreement, Area, Excited, excite
+from mobile_robot_control.excitation.excitation import Agreement, Area, Excited, excite
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_odometry, read_or_refuse, serialised_stamp

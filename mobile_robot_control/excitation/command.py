@@ -25,7 +25,7 @@ import sys
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.cli import make_dds_main, make_parser, request_of
-from mobile_robot_control.experiment.excitation import ExcitationRequest, area_of
+from mobile_robot_control.excitation.request import ExcitationRequest, area_of
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.ros.shared.process import Stop, check_environment
 from mobile_robot_control.system.texts import printable
@@ -58,7 +58,7 @@ def _run(options: argparse.Namespace) -> int:
         return 0
     check_environment()
     # imported late: the environment is checked, and nothing is needed to say what would be done
-    from mobile_robot_control.experiment.excitation_run import excite_robot  # noqa: PLC0415
+    from mobile_robot_control.excitation.driving import excite_robot  # noqa: PLC0415
 
     done = excite_robot(request, area, options.stop)
     print(f'driven {done.way:.2f} m, turned {done.turn:.1f} rad, at most {done.farthest:.2f} m from the start')

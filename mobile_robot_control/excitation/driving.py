@@ -9,8 +9,9 @@ import rclpy
 from rclpy.executors import Executor
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.experiment.excitation import Area, Excitation, ExcitationRequest
-from mobile_robot_control.experiment.exciter import Exciter
+from mobile_robot_control.excitation.excitation import Area, Excitation
+from mobile_robot_control.excitation.exciter import Exciter
+from mobile_robot_control.excitation.request import ExcitationRequest
 from mobile_robot_control.experiment.runner import SETTLE
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.ros.shared.process import Stop

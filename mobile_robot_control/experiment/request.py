@@ -154,7 +154,7 @@ class Experiments:
     def compare(self) -> list[str]:
         """Run several configurations in sequence, and report them together; return the errors."""
         # imported late: usage errors appear at once
-        from mobile_robot_control.report.reports import refuse_too_many, report  # noqa: PLC0415
+        from mobile_robot_control.report.request import refuse_too_many, report  # noqa: PLC0415
 
         request, output = self._request, self._output
         refuse_too_many(len(request.compare))

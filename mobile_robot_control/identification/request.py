@@ -16,7 +16,7 @@ from mobile_robot_control.identification.velocity_robot import identify_base
 from mobile_robot_control.messages.mcap_stream import BagError, ProgressCallback
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.parameters.declaration import Field, ParameterError
-from mobile_robot_control.parameters.requests import Reader, make_request
+from mobile_robot_control.parameters.requests import Reader, make_request, takes_fields
 from mobile_robot_control.runs.bag import Topics, topic_names
 from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
 from mobile_robot_control.settings.files import read_namespace
@@ -114,6 +114,7 @@ def _need_scipy() -> None:
                               "'mobile_robot_control[fast]', or apt install python3-scipy"]) from None
 
 
+@takes_fields(IdentificationRequest)
 def identify(
     bags: File | Sequence[File], *files: File, robot: File | None = None,
     parameters: Mapping[str, object] | None = None, namespace: str = '/', topics: Mapping[str, str] | None = None,
@@ -124,20 +125,14 @@ def identify(
 
     Parameters
     ----------
-    bags : path, or sequence of path
-        Recordings of one robot.
     *files : path
         ROS 2 parameter files, later ones win: known parameters of the robot, such as its wheels.
     robot : str or path or None
         A robot of this package, or the parameter file of one.
     parameters : mapping of str to object or None
         Values by ``NODE.PARAMETER``, which win over the files.
-    namespace : str
-        Of the nodes.
     topics : mapping of str to str or None
         Other names of topics of the loop, or of ``ground_truth``, in the bags.
-    same_clock : bool
-        Whether a single clock stamped commands and odometry, and recorded both.
 
     Returns
     -------

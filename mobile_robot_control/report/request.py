@@ -1,40 +1,16 @@
-"""
-The command `report`: measure and draw one recorded run, or several side by side.
+"""Requested reports of runs."""
 
-It reads bags of other robots, too: odometry and reference are enough (docs/usage.md#read-a-bag-of-another-robot).
-`--robot`, `--params-file` and `-p` stand in for the parameters of a run that has none beside it. Runs named
-`real` and `simulated` are brought to one time base and compared.
-
-For example:
-  simulate --duration 16 --params-file config/fuzzy.yaml --output run.csv
-  simulate --duration 16 --params-file config/backstepping.yaml --output other.csv
-  report run.csv --output out
-  report fuzzy=run.csv backstepping=other.csv --output both --animation
-
-Files written to DIR:
-  report.html  one self-contained page (docs/usage.md#read-a-report)
-  report.json  metrics and problems (docs/metrics.md#reportjson)
-  figures/     the figures as PNG and SVG
-
-Exit codes:
-  0  done
-  1  one of several runs cannot be read, or the report failed
-  2  no run can be read, or bad usage
-"""
-
-import argparse
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.cli import make_main, make_parser, request_of
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
-from mobile_robot_control.runs.bag import Topics, topic_names
+from mobile_robot_control.runs.bag import Topics
 from mobile_robot_control.runs.reading import load_run
 from mobile_robot_control.runs.run import Run
-from mobile_robot_control.runs.run_files import UnreadableRunError, name_of
+from mobile_robot_control.runs.run_files import UnreadableRunError
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.files import read_namespace
 from mobile_robot_control.settings.nodes import Configuration
@@ -149,26 +125,3 @@ def report(
         raise ParameterError(unreadable)
     draw_report(runs, output, command_line, animation, quiet, unreadable)
     return unreadable
-
-
-def parser() -> argparse.ArgumentParser:
-    """Make the parser of `report`."""
-    return make_parser('report', __doc__, ReportRequest, positional=('runs',))
-
-
-def _run(options: argparse.Namespace) -> int:
-    request = request_of(ReportRequest, options)
-    assumed = request.sources.configuration(request.namespace) if request.sources.are_given else None
-    output = Path(request.output)
-    unreadable = report(
-        [name_of(text) for text in request.runs], output, options.command_line, request.namespace, assumed,
-        request.animation, topics=topic_names(request.topic),
-    )
-    print(f'report: {printable(str((output / "report.html").resolve()))}')
-    return 1 if unreadable else 0
-
-
-main = make_main(parser, _run)
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from mobile_robot_control.benchmarking.cell import Cell, read_result
+from mobile_robot_control.benchmarking.cell import Cell
+from mobile_robot_control.benchmarking.cell_result import Done, read_result
 from mobile_robot_control.benchmarking.judged_table import NAME, JudgedTable, content_digits, read_judged_table
 from mobile_robot_control.benchmarking.side_by_side import run_cells, run_side_by_side, run_together
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
@@ -26,19 +27,17 @@ from mobile_robot_control.settings.tracks import Published, Track, read_track, s
 _FIRST_SEED, _FIRST_BUDGET = 1, 500
 REPORTED = [one.name for one in (*RUN_METRICS, *INDEX_METRICS) if one.better and not one.of_wheels]
 """The metrics that a publication may report: numbers of a run."""
-Done = list[tuple[Cell, dict[str, Any]]]
-"""Cells with their results, as `run_cell` returns them."""
 
 
 class BenchmarkRequest(NamedTuple):
     """What a benchmark is asked for."""
 
     sources: ParameterSources
-    laws: Annotated[tuple[str, ...], Field('', 'position laws to compare; all, with those of --law, if left out',
+    laws: Annotated[tuple[str, ...], Field('', 'position laws to compare; all, with your own, if left out',
                                            choices=LAWS)] = ()
     tracks: Annotated[tuple[str, ...], Field('', 'tracks of this package by name, or files of your own; all of this '
                                              'package, if left out')] = ()
-    seed: Annotated[int, Field('', 'of the scenarios that search and judge, and of the search', minimum=0,
+    seed: Annotated[int, Field('', 'seed of the searches and of all scenarios', minimum=0,
                                maximum=LARGEST_SEED)] = _FIRST_SEED
     seeds: Annotated[tuple[int, ...], Field('', 'several seeds instead: how ranks depend on the draw', minimum=0,
                                             maximum=LARGEST_SEED)] = ()
@@ -54,7 +53,7 @@ class BenchmarkRequest(NamedTuple):
     tune: Annotated[bool, Field('', 'take gains as configured, and search for none')] = True
     scenarios: Annotated[int, Field('', 'scenarios of a search', minimum=1, maximum=1000)] = 8
     runs: Annotated[int, Field('', 'scenarios that judge', minimum=2, maximum=100_000)] = 100
-    against: Annotated[str | None, Field('', f'{NAME} of another benchmark: the laws of --law alone are searched and '
+    against: Annotated[str | None, Field('', f'another benchmark, as its {NAME}: only your own laws are searched and '
                                          'driven, with its seeds, budgets and scenarios, and ranked among its laws')
                        ] = None
     where: Annotated[Workers, INLINE] = Workers()
@@ -123,18 +122,18 @@ class Benchmark:
 
     def held(self, folder: Path) -> Done:
         """Return the cells that a folder holds, with their results; raise ParameterError if any is damaged."""
-        found, violations = [], []
+        done, violations = [], []
         for cell in self.cells:
             file = cell.file(folder)
             try:
                 if file.exists():
-                    found.append((cell, read_result(file)))
+                    done.append((cell, read_result(file)))
             except (OSError, ValueError) as error:
                 reason = getattr(error, 'strerror', None) or 'is not as a benchmark wrote it'
                 violations.append(f'{file}: {reason}; remove it, and --resume runs this cell again')
         if violations:
             raise ParameterError(violations)
-        return found
+        return done
 
     def run(self, folder: Path, progress: Callable[[int], object], stopped: Callable[[], bool]) -> Done:
         """
@@ -142,7 +141,7 @@ class Benchmark:
 
         Returns
         -------
-        list of (Cell, dict)
+        list of (Cell, CellResult)
             All cells, or those that were done before it was stopped, with their results.
         """
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,47 +1,22 @@
-"""
-The command `simulate`: run the closed loop of the four nodes in one process, without ROS.
+"""Requested simulations, and `simulate`: the closed loop in one process."""
 
-It calls the functions of the nodes in their order, and gives their numbers. The robot starts at rest at
-the start of the reference cart, on the curve and facing along it; `plant.initial_pose` moves the start.
-A run has 1 to 1e9 velocity steps.
-
-For example:
-  simulate --duration 16 --params-file config/fuzzy.yaml --output run.csv
-  simulate --duration 16 -p plant.max_wheel_torque:=1.0 -p 'plant.initial_pose:=[0.8, -0.1, 0.3]' --json
-
-Files written:
-  FILE.csv              the run, one row per velocity step (docs/metrics.md#the-table-of-a-run)
-  FILE.parameters.yaml  all parameters of the run, headed by the robot of --robot
-  FILE.metrics.json     the metrics, which --json prints instead of a sentence (docs/metrics.md#metricsjson)
-"""
-
-import argparse
-import json
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import ExitStack, redirect_stdout
-from pathlib import Path
+from contextlib import redirect_stdout
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from mobile_robot_control.cli import make_main, make_parser, request_of
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.loop.scenarios import ONE_RUN, check_run_length
 from mobile_robot_control.parameters.declaration import Field
-from mobile_robot_control.parameters.requests import make_request
-from mobile_robot_control.runs.csv_table import write_csv
+from mobile_robot_control.parameters.requests import make_request, takes_fields
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import measure, rollout
-from mobile_robot_control.runs.words import run_sentence
 from mobile_robot_control.settings.configure import File, ParameterSources, parameter_sources
-from mobile_robot_control.settings.files import save_configuration
-from mobile_robot_control.settings.nodes import Configuration, has_exact_odometry, known_course
+from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.settings.provenance import call_text, provenance
-from mobile_robot_control.system.files import naming_errors, writable_file, write_atomically
-from mobile_robot_control.system.process import Interrupt
 from mobile_robot_control.system.progress import tqdm
-from mobile_robot_control.system.texts import printable
 
 if TYPE_CHECKING:
     from mobile_robot_control.runs.run import Run
@@ -151,6 +126,7 @@ class Simulation:
         }[run.outcome])
 
 
+@takes_fields(SimulationRequest)
 def simulate(
     *files: File, duration: float, robot: File | None = None, parameters: Mapping[str, object] | None = None,
     name: str | None = None, progress: bool = False,
@@ -165,8 +141,6 @@ def simulate(
     ----------
     *files : path
         ROS 2 parameter files, later ones win; without any, the defaults.
-    duration : float
-        Simulated time [s].
     robot : str or path or None
         A robot of this package, or the parameter file of one; read before the files.
     parameters : mapping of str to object or None
@@ -211,69 +185,3 @@ def simulate(
     call = call_text('simulate', *files, duration=duration, robot=robot, parameters=parameters)
     return Run(law if name is None else name, reader.series(), tuple(filter(None, [failure])), metrics,
                simulation.parameters, provenance(call, simulation.parameters))
-
-
-class SimulationFiles(NamedTuple):
-    """The files of a simulation."""
-
-    output: Annotated[str | None, Field('', 'table of the run to write')] = None
-
-
-def simulate_into_files(
-    request: SimulationRequest, files: SimulationFiles, command_line: str
-) -> tuple[Simulated, Configuration]:
-    """Simulate until the end or an interrupt, and write; return the result, and the configuration."""
-    simulation = Simulation(request)
-    parameters = simulation.parameters
-    with ExitStack() as stack:
-        interrupt = stack.enter_context(Interrupt())
-        table = None
-        if files.output is not None:
-            stack.enter_context(naming_errors(Path(files.output)))
-            path = writable_file(files.output)
-            table = stack.enter_context(path.open('w', encoding='utf-8', newline=''))
-            save_configuration(path.with_suffix('.parameters.yaml'), parameters, request.sources.robot)
-            path.with_suffix('.metrics.json').unlink(missing_ok=True)
-
-        def written(samples: Iterable[Sample]) -> Iterable[Sample]:
-            if table is not None:
-                samples = write_csv(samples, table, not has_exact_odometry(parameters.plant))
-            # disable=None shows the bar on a terminal only
-            shown: Iterable[Sample] = tqdm(samples, total=simulation.steps, disable=None, leave=False)
-            return shown
-
-        result = simulation.run(written, lambda: interrupt.requested)
-    if files.output is not None:
-        content = {**result.metrics, 'provenance': provenance(command_line, parameters)}
-        write_atomically(path.with_suffix('.metrics.json'), json.dumps(content, indent=2) + '\n')
-    return result, parameters
-
-
-class _Output(NamedTuple):
-    """How the result is told."""
-
-    json: Annotated[bool, Field('', 'print the metrics as one JSON object')] = False
-
-
-def parser() -> argparse.ArgumentParser:
-    """Make the parser of `simulate`."""
-    return make_parser('simulate', __doc__, SimulationRequest, SimulationFiles, _Output, drives=True)
-
-
-def _run(options: argparse.Namespace) -> int:
-    files, output = request_of(SimulationFiles, options), request_of(_Output, options)
-    result, parameters = simulate_into_files(request_of(SimulationRequest, options), files, options.command_line)
-    for words in getattr(known_course(parameters.reference_cart), 'ignored', ()):
-        print(printable(words), file=sys.stderr)
-    print(json.dumps(result.metrics) if output.json else f'{run_sentence(result.metrics, parameters)}.')
-    if files.output is not None and not output.json:
-        print(f'table, parameters and metrics: {printable(str(Path(files.output).resolve()))} and beside it')
-    if result.failure:
-        print(f'simulate: {result.failure}', file=sys.stderr)
-    return 1 if result.failure else 0
-
-
-main = make_main(parser, _run)
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The excitation of a robot, for a recording that identifies it."""
