@@ -4,7 +4,8 @@ from pathlib import Path
 from typing import Any
 
 from mobile_robot_control.control.laws import BUILT_IN
-from mobile_robot_control.search.space import configured_gains, parameters, search_genes
+from mobile_robot_control.search.gains import configured_gains
+from mobile_robot_control.search.space import parameters, search_genes
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 

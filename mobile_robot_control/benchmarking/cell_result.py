@@ -13,8 +13,7 @@ from mobile_robot_control.benchmarking.cell import Cell
 from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.loop.monte_carlo import JudgedRuns
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.search import space
-from mobile_robot_control.search.space import Gains
+from mobile_robot_control.search.gains import Gains, configured_gains
 from mobile_robot_control.system.files import FileKind, parse_json, read_bounded, write_atomically
 
 JUDGED = ('rms_position_error', 'max_position_error', 'settling_time', 'peak_wheel_torque', 'energy',
@@ -155,7 +154,7 @@ def was_searched(reason: str) -> bool:
 
 def gains_of(cell: Cell, gains: Mapping[str, Any]) -> Gains:
     """Return the gains of a result, exactly as they were judged."""
-    return space.configured_gains(cell.sources().with_values(gains).configuration())
+    return configured_gains(cell.sources().with_values(gains).configuration())
 
 
 def _columns_as_json(columns: RunColumns) -> dict[str, Any]:

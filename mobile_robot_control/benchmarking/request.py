@@ -9,9 +9,9 @@ from mobile_robot_control.benchmarking.cell_result import Done, read_result
 from mobile_robot_control.benchmarking.judged_table import NAME, JudgedTable, content_digits, read_judged_table
 from mobile_robot_control.benchmarking.side_by_side import run_cells, run_side_by_side, run_together
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
-from mobile_robot_control.loop.batch import cores
 from mobile_robot_control.loop.metric_table import INDEX_METRICS, RUN_METRICS
 from mobile_robot_control.loop.monte_carlo import LARGEST_SEED
+from mobile_robot_control.loop.pool import cores
 from mobile_robot_control.loop.workers import Workers, runner
 from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError, nearest
 from mobile_robot_control.parameters.requests import make_request

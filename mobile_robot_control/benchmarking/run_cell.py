@@ -30,10 +30,11 @@ from mobile_robot_control.parameters.declaration import ParameterError, flatten
 from mobile_robot_control.quantities import Observation, TrackingError
 from mobile_robot_control.runs.rollout import trial_rollout
 from mobile_robot_control.search import space
+from mobile_robot_control.search.gains import Gains, configured_gains, rounded
 from mobile_robot_control.search.journal import Journal
 from mobile_robot_control.search.objective import Goal, Objective, RunTrials, default_smooth
 from mobile_robot_control.search.search import SearchSettings, no_result
-from mobile_robot_control.search.space import POPULATION, Gains, population_for, search_genes
+from mobile_robot_control.search.space import POPULATION, population_for, search_genes
 from mobile_robot_control.search.stages import WIDENINGS, Plan, search_in_stages
 from mobile_robot_control.settings.nodes import Configuration, course_of
 
@@ -83,7 +84,7 @@ def run_cell(cell: Cell, work: Work) -> CellResult | None:
         reason = f'{NOT_SEARCHED}: {refused}' if refused else '; '.join(error.violations)
         return CellResult([BudgetResult(budget, reason) for budget in cell.budgets or (0,)])
     results = []
-    gains, search, reason = space.configured_gains(configuration), None, ''
+    gains, search, reason = configured_gains(configuration), None, ''
     genes: Any = search_genes(cell.law, True, drive_of(configuration))
     for budget in cell.budgets or (0,):
         if budget and genes:
@@ -131,9 +132,9 @@ def _searched(
         return None
     found, reason = staged.found, no_result(staged.found)
     if found.point is None or reason:
-        return space.configured_gains(configuration), None, reason
+        return configured_gains(configuration), None, reason
     objective = objective_of(staged.genes)
-    gains = space.rounded(objective.gains(found.point.tolist()))
+    gains = rounded(objective.gains(found.point.tolist()))
     return gains, SearchEnd(found.score, objective.objectives(gains), staged.agreeing, [*staged.repeated],
                             staged.edges), ''
 

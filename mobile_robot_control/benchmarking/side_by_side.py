@@ -15,7 +15,7 @@ from typing import Any
 from mobile_robot_control.benchmarking.cell import Cell
 from mobile_robot_control.benchmarking.cell_result import write_result
 from mobile_robot_control.benchmarking.run_cell import Work, run_cell
-from mobile_robot_control.loop.batch import Pool, end_with_parent
+from mobile_robot_control.loop.pool import Pool, end_with_parent
 from mobile_robot_control.loop.ticks import Form, form_of
 from mobile_robot_control.loop.trial import Outcome, Trial
 from mobile_robot_control.parameters.declaration import ParameterError

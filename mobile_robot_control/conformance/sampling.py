@@ -14,7 +14,8 @@ from mobile_robot_control.control.laws import LAWS, PositionControl, groups_of, 
 from mobile_robot_control.control.velocity_laws import VelocityControl
 from mobile_robot_control.parameters.declaration import Declaration, Field, ParameterError, build, declarations, flatten
 from mobile_robot_control.quantities import LARGEST, SMALLEST, BodyVelocity, Observation, Pose, Reference, TrackingError
-from mobile_robot_control.search.space import Gains, Gene, decode, search_genes
+from mobile_robot_control.search.gains import Gains
+from mobile_robot_control.search.space import Gene, decode, search_genes
 
 
 def bits_of(value: object, within: frozenset[int] = frozenset()) -> Any:

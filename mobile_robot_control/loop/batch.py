@@ -1,20 +1,16 @@
 """Many rollouts at once, compiled by numba if it is installed, plain otherwise."""
 
-import multiprocessing
 import os
 import pickle
 import re
 import sys
-import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any, Protocol
 
 from mobile_robot_control.control.law import LawStep
 from mobile_robot_control.control.laws import LAWS, prepare_compiled
 from mobile_robot_control.control.velocity_law import PI
-from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS
 from mobile_robot_control.jit import APART, JITABLE
 from mobile_robot_control.loop.cross_track import converted
 from mobile_robot_control.loop.indices import MeasuredMotion
@@ -40,7 +36,6 @@ from mobile_robot_control.loop.trial import (
     steps_of,
 )
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.parameters.plugins import PluginSource, load_sources, plugin_sources
 from mobile_robot_control.quantities import (
     NO_ACCELERATION,
     BodyAcceleration,
@@ -49,7 +44,6 @@ from mobile_robot_control.quantities import (
     Pose,
     Reference,
 )
-from mobile_robot_control.system.process import leave_terminal
 from mobile_robot_control.system.texts import describe_error
 
 _BEGIN = 'Failed in nopython mode pipeline'  # of the report on each function, the innermost one last
@@ -83,7 +77,7 @@ try:
     import numpy as np
     from numba.extending import register_jitable
 
-    from mobile_robot_control.loop.compile_cache import folder, kept
+    from mobile_robot_control.loop.compile_cache import kept
 except ImportError as missing:
     numba = None  # type: ignore[assignment,unused-ignore]
     WHY_PLAIN = WHY_PLAIN if missing.name == 'numba' else f'the Python module {missing.name} is missing'
@@ -191,7 +185,7 @@ def compile_prepare(law: str) -> None:
 def compiled(function: Callable[..., object], *of: Callable[..., object]) -> Callable[..., Any]:
     """Compile a function of marked callees, and of others `of`; return it unchanged if numba is not installed."""
     if not COMPILES:
-        _warn_that_it_is_slow()
+        warn_that_it_is_slow()
         return function
     _register(*JITABLE)
     return kept(numba.njit(nogil=True, error_model='numpy')(function), function, *of)
@@ -256,7 +250,7 @@ def arrays(motion: CartMotion, with_path: bool) -> Any:
 
 def run_trials(trials: Sequence[Trial], compile_them: bool | None = None) -> list[Outcome]:
     """Run trials on one core; with numba if `compile_them`, or if that is None and the law compiles."""
-    chosen = {form: _rollout_of(first, compile_them) for form, first in _first_of(trials).items()}
+    chosen = {form: _rollout_of(first, compile_them) for form, first in first_of(trials).items()}
     outcomes = []
     for trial in trials:
         roll, given_of = chosen[trial.law, trial.velocity_law, trial.form]
@@ -292,7 +286,7 @@ def _rollout_of(trial: Trial, compile_it: bool | None) -> tuple[Callable[..., Ou
     return plain_rollout(steps, trial.form), given_motion
 
 
-def _first_of(trials: Sequence[Trial]) -> dict[tuple[str, str, Form], Trial]:
+def first_of(trials: Sequence[Trial]) -> dict[tuple[str, str, Form], Trial]:
     """Return the first trial of each pair of laws and form, preferably with gains that can be prepared."""
     first: dict[tuple[str, str, Form], Trial] = {}
     for trial in trials:
@@ -310,13 +304,9 @@ def _can_prepare(trial: Trial) -> bool:
     return True
 
 
-def cores() -> int:
-    """Return the number of cores available to this process."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity') else os.cpu_count() or 1
-
-
 @lru_cache(maxsize=1)
-def _warn_that_it_is_slow() -> None:
+def warn_that_it_is_slow() -> None:
+    """Print once that rollouts run plain, and why."""
     print(f'rollouts take some hundred times longer: {WHY_PLAIN}', file=sys.stderr)
 
 
@@ -337,88 +327,3 @@ class TrialRunner(Protocol):
 
     def close(self) -> None:
         """Release the workers."""
-
-
-class Pool:
-    """
-    Runs trials on several cores: in threads if the rollout is compiled, in processes if it is plain.
-
-    Parameters
-    ----------
-    workers : int
-        Their number; 0 means one a core.
-    """
-
-    def __init__(self, workers: int = 0) -> None:
-        self._workers = workers or cores()
-        self._threads: Executor | None = None
-        self._processes: Executor | None = None
-        self._version = 0, 0
-        if COMPILES:
-            # what is told once is told here, and not by each process
-            folder()
-        else:
-            _warn_that_it_is_slow()
-
-    @property
-    def threads(self) -> int:
-        """Number of workers."""
-        return self._workers
-
-    def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
-        """Run trials; order and last bits of the outcomes do not depend on the number of workers."""
-        if self._workers == 1 or not trials:
-            return run_trials(trials)
-        size = -(-len(trials) // (CHUNKS_A_WORKER * self._workers))
-        chunks = [trials[first:first + size] for first in range(0, len(trials), size)]
-        parts = self.each(run_trials, chunks, trials[0].law, lambda: all(map(compiles, _first_of(trials).values())))
-        return [outcome for part in parts for outcome in part]
-
-    def each(
-        self, function: Callable[[Any], object], chunks: Sequence[object], law: str, compiled: Callable[[], bool]
-    ) -> list[Any]:
-        """Return a function of each of some chunks: in threads if their law is compiled, else in processes."""
-        if self._workers == 1:
-            return [*map(function, chunks)]
-        # once, before all threads would
-        if compiled():
-            return [*self._thread_pool().map(function, chunks)]
-        return [*self._process_pool().map(partial(run_pickled, function), [pickled(one, law) for one in chunks])]
-
-    def _thread_pool(self) -> Executor:
-        if self._threads is None:
-            self._threads = ThreadPoolExecutor(self._workers)
-        return self._threads
-
-    def _process_pool(self) -> Executor:
-        version = LAWS.version, VELOCITY_LAWS.version
-        if self._processes is not None and self._version != version:
-            self._processes.shutdown()
-            self._processes = None
-        if self._processes is None:
-            # Ctrl-C reaches every process of a terminal: only the caller handles it
-            self._processes = ProcessPoolExecutor(
-                self._workers, initializer=_begin_worker, initargs=(plugin_sources(),))
-            self._version = version
-        return self._processes
-
-    def close(self) -> None:
-        """Release the workers."""
-        for executor in (self._threads, self._processes):
-            if executor is not None:
-                executor.shutdown(wait=True, cancel_futures=True)
-
-
-def end_with_parent() -> None:
-    """Wait in a thread of a worker, and end that with its parent, even if that is killed, or its own work endless."""
-    parent = multiprocessing.parent_process()
-    assert parent is not None  # noqa: S101 (for mypy: a worker has one)
-    parent.join()
-    os._exit(1)
-
-
-def _begin_worker(sources: Sequence[PluginSource]) -> None:
-    """Prepare a process: leave Ctrl-C and a closed terminal to its parent, and load its files of laws and curves."""
-    leave_terminal()
-    threading.Thread(target=end_with_parent, daemon=True).start()
-    load_sources(sources)

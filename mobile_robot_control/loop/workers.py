@@ -8,6 +8,7 @@ from typing import Annotated, Any, NamedTuple
 
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.batch import TrialRunner
+from mobile_robot_control.loop.pool import Pool
 from mobile_robot_control.loop.trial import Outcome, Trial
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.plugins import PluginSource, load_sources, plugin_sources
@@ -114,7 +115,7 @@ def _runner(workers: Workers) -> TrialRunner:
         from mobile_robot_control.loop.cuda import Cuda  # noqa: PLC0415
 
         return Cuda()
-    return Cluster(workers.scheduler) if workers.scheduler else batch.Pool(workers.workers or 0)
+    return Cluster(workers.scheduler) if workers.scheduler else Pool(workers.workers or 0)
 
 
 @contextmanager

@@ -34,6 +34,7 @@ from mobile_robot_control.loop.batch import TrialRunner
 from mobile_robot_control.loop.workers import runner
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.search import space
+from mobile_robot_control.search.gains import configured_gains
 from mobile_robot_control.search.journal import Journal
 from mobile_robot_control.search.objective import Objective
 from mobile_robot_control.search.request import Search, SearchRequest
@@ -116,7 +117,7 @@ def _standing(file: Path, objective: Objective, controller: str) -> float:
     if not file.exists():
         return math.inf
     try:
-        gains = space.configured_gains(configure(load([file])))
+        gains = configured_gains(configure(load([file])))
         ours = controller in (space.VELOCITY, gains.control.controller_type)
     except ParameterError:
         ours = False

@@ -15,8 +15,9 @@ from mobile_robot_control.loop.scenarios import Scenario, configured_scenario, s
 from mobile_robot_control.loop.ticks import driving_start
 from mobile_robot_control.loop.trial import LoopGains, Outcome, Trial, VariedTrials
 from mobile_robot_control.search import space
+from mobile_robot_control.search.gains import Gains, configured_gains
 from mobile_robot_control.search.genetic import LOWEST_POINT, WORST, Points, Scores
-from mobile_robot_control.search.space import VELOCITY, Gains, Gene
+from mobile_robot_control.search.space import VELOCITY, Gene
 from mobile_robot_control.settings.nodes import Configuration
 
 RunTrials = Callable[[Sequence[Trial]], list[Outcome]]
@@ -142,7 +143,7 @@ class Objective:
     def __init__(self, configuration: Configuration, goal: Goal, run: RunTrials) -> None:
         self._shared, self._goal, self._run = configuration.plant.shared, goal, run
         self._limit = configuration.velocity_controller.max_wheel_torque
-        self.configured = space.configured_gains(configuration)
+        self.configured = configured_gains(configuration)
         trials = [scenario_trial(configuration, scenario, goal.laps, 0.0) for scenario in goal.scenarios]
         self._trials = [one._replace(form=one.form._replace(varies=goal.smooth > 0.0)) for one in trials]
         if goal.controller != VELOCITY:

@@ -20,6 +20,7 @@ from mobile_robot_control.parameters.requests import Reader, read_bounds
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.curves import CURVES, PATH
 from mobile_robot_control.search import space
+from mobile_robot_control.search.gains import Gains, configured_gains
 from mobile_robot_control.search.journal import Journal
 from mobile_robot_control.search.objective import (
     COMBINATIONS,
@@ -32,7 +33,7 @@ from mobile_robot_control.search.objective import (
     default_smooth,
 )
 from mobile_robot_control.search.search import ALGORITHMS, Generation, SearchSettings
-from mobile_robot_control.search.space import MOST_GENES, PER_GENE, POPULATION, Gains, population_for
+from mobile_robot_control.search.space import MOST_GENES, PER_GENE, POPULATION, population_for
 from mobile_robot_control.search.stages import REPEATS, WIDENINGS, Plan, Staged, search_in_stages
 from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.nodes import Configuration, path_of
@@ -168,7 +169,7 @@ class Search:
             request.generations or _GENERATIONS[staged], request.seed, request.time_limit or 0.0)
         fixed = frozenset(space.names_of('bounds', genes, dict(request.bounds)))
         self.plan = Plan(WIDENINGS, REPEATS, fixed, space.numbers_of(
-            genes, space.configured_gains(self.parameters))) if staged else Plan()
+            genes, configured_gains(self.parameters))) if staged else Plan()
 
     @property
     def most_generations(self) -> int:

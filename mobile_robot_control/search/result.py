@@ -21,6 +21,7 @@ from mobile_robot_control.runs.rollout import measure, rollout
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.samples import SampleReader
 from mobile_robot_control.search import space
+from mobile_robot_control.search.gains import rounded
 from mobile_robot_control.search.objective import EQ29, Better, Goal, Objective
 from mobile_robot_control.search.page import search_figure, write_search_page
 from mobile_robot_control.search.request import Search
@@ -131,7 +132,7 @@ def tuned_of(search: Search, staged: Staged, objective: Objective, command_line:
     """Return the result of a search that has found a point: the better of its gains and those configured."""
     found = staged.found
     assert found.point is not None  # noqa: S101 (for mypy: callers have checked)
-    better = objective.better(space.rounded(space.decode(
+    better = objective.better(rounded(space.decode(
         staged.genes, found.point.tolist(), objective.configured)))
     configuration = search.tuned(better.gains)
     named = {f'{node}.{name}': value for node, values in space.parameters(search.goal.genes, better.gains).items()

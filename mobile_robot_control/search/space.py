@@ -7,10 +7,9 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.compensation import Feedforward
-from mobile_robot_control.control.laws import LAWS, PositionControl, groups_of
-from mobile_robot_control.control.selection import Selection
+from mobile_robot_control.control.laws import LAWS, groups_of
 from mobile_robot_control.control.velocity_law import PI
-from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS, VelocityControl
+from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS
 from mobile_robot_control.model.plant import TORQUE
 from mobile_robot_control.parameters.declaration import (
     Declaration,
@@ -19,7 +18,7 @@ from mobile_robot_control.parameters.declaration import (
     nearest,
     rule_violations,
 )
-from mobile_robot_control.settings.nodes import Configuration
+from mobile_robot_control.search.gains import Gains
 
 VELOCITY = 'velocity'
 """The search for the velocity gains alone; every other search has the name of a position law."""
@@ -288,23 +287,6 @@ def without(genes: Sequence[Gene], kept: Collection[str]) -> tuple[Gene, ...]:
     return tuple(gene for gene in genes if gene.name not in left_out)
 
 
-class Gains(NamedTuple):
-    """The gains that a search may change: those of the velocity law and of the position laws."""
-
-    velocity: VelocityControl
-    control: PositionControl
-
-    def group(self, node: str, name: str) -> Any:
-        """Return a group of gains of a node by name."""
-        return getattr(self.velocity if node == 'velocity_controller' else self.control, name)
-
-    def with_group(self, node: str, name: str, group: Any) -> 'Gains':
-        """Return the gains with another group."""
-        if node == 'velocity_controller':
-            return self._replace(velocity=self.velocity._replace(**{name: group}))
-        return self._replace(control=self.control._replace(**{name: group}))
-
-
 @lru_cache(maxsize=32)
 def _places(genes: tuple[Gene, ...]) -> tuple[Place, ...]:
     return tuple(place_of(gene.name) for gene in genes)
@@ -374,28 +356,6 @@ def violations(genes: Sequence[Gene], gains: Gains) -> list[str]:
     """List the rules of the searched groups that gains break."""
     groups = {(place.node, place.group) for place in _places(tuple(genes))}
     return [text for node, name in sorted(groups) for text in rule_violations(gains.group(node, name))]
-
-
-def rounded(gains: Gains) -> Gains:
-    """Return gains rounded to six significant digits, finer than the resolution of a gene."""
-    short: Gains = _rounded(gains)
-    return short
-
-
-def _rounded(value: Any) -> Any:
-    if isinstance(value, float):
-        return float(f'{value:.6g}')
-    if isinstance(value, Selection):
-        return type(value)(**{name: _rounded(part) for name, part in value._asdict().items()})
-    if isinstance(value, tuple):
-        parts = map(_rounded, value)
-        return type(value)(*parts) if hasattr(value, '_fields') else tuple(parts)
-    return value
-
-
-def configured_gains(configuration: Configuration) -> Gains:
-    """Return the gains of a configuration."""
-    return Gains(configuration.velocity_controller.control, configuration.position_controller.control)
 
 
 def parameters(genes: Sequence[Gene], gains: Gains) -> dict[str, dict[str, Any]]:

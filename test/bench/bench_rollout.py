@@ -23,6 +23,7 @@ from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.loop import batch, drawn
 from mobile_robot_control.loop.drawn import Draws, judged_rows, run_draws
 from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
+from mobile_robot_control.loop.pool import Pool, cores
 from mobile_robot_control.loop.scenarios import configured_scenario
 from mobile_robot_control.loop.trial import cart_motion, make_trial, references
 from mobile_robot_control.loop.workers import Workers, runner
@@ -151,7 +152,7 @@ def _as_it_is():
 
 def _both_cores(trial):
     """Wall time of many trials on one core by that on two: the shortest of each, which idle cores gave."""
-    trials, pools = [trial] * 400, [batch.Pool(1), batch.Pool(2)]
+    trials, pools = [trial] * 400, [Pool(1), Pool(2)]
     try:
         for pool in pools:
             pool(trials[:10])
@@ -201,7 +202,7 @@ def _whole_study():
 
     # margins take a second, however many runs there are; the first study compiles
     with (mock.patch.object(drawn, 'run_draws', timed), mock.patch.object(engine, 'promise', return_value=known),
-          closing(batch.Pool(1)) as pool):
+          closing(Pool(1)) as pool):
         for runs in (200, 20_000):
             one = make_request(StudyRequest, {**asked, 'runs': runs})
             controllers, spent = studied_controllers(one), 0.0
@@ -227,7 +228,7 @@ def _on_a_gpu():
                 judged_rows(run, drawing, scenarios[:many])
                 rates.append(many / (time.perf_counter() - begun))
             yield at_least('drawn laps on a GPU / on all cores', rates[0] / rates[1], 20.0,
-                           f'{rates[0]:,.0f} to {rates[1]:,.0f} a second on {batch.cores()} cores')
+                           f'{rates[0]:,.0f} to {rates[1]:,.0f} a second on {cores()} cores')
     except ParameterError as error:
         show(f'no row of a GPU: {error}')
 

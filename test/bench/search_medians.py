@@ -7,7 +7,7 @@ The median of five seeds for each search and algorithm: one lap of the 1 m trifo
 import statistics
 from pathlib import Path
 
-from mobile_robot_control.loop.batch import Pool
+from mobile_robot_control.loop.pool import Pool
 from mobile_robot_control.loop.scenarios import configured_scenario
 from mobile_robot_control.search.objective import Goal, Objective
 from mobile_robot_control.search.search import SearchSettings, run_search

@@ -8,6 +8,7 @@ from helpers.measuring import configuration, measured_run
 
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.metric_table import INDICES
+from mobile_robot_control.loop.pool import Pool
 from mobile_robot_control.loop.trial import cart_motion, make_trial, references
 from mobile_robot_control.runs.metrics import RunMeter, summary
 from mobile_robot_control.runs.rollout import measure, rollout
@@ -119,7 +120,7 @@ def test_trials_with_the_same_curve_share_their_references():
 @pytest.mark.parametrize('workers', [1, 2])
 def test_a_pool_keeps_the_order(workers):
     trials = [make_trial(configuration(plant={'initial_pose': [x / 10.0, 0.0, 0.0]}), 0.2) for x in range(9)]
-    pool = batch.Pool(workers)
+    pool = Pool(workers)
     try:
         assert pool(trials) == batch.run_trials(trials)
         assert pool([]) == []
@@ -134,9 +135,10 @@ def test_without_compilation_trials_run_with_one_warning_of_the_true_reason(modu
         f'import sys; sys.modules["{module}"] = None\n'
         'from mobile_robot_control.settings.configure import configure\n'
         'from mobile_robot_control.loop import batch\n'
+        'from mobile_robot_control.loop.pool import Pool\n'
         'from mobile_robot_control.loop.trial import make_trial\n'
         'if __name__ == "__main__":\n'
-        '    pool = batch.Pool(2); batch.Pool(1)\n'
+        '    pool = Pool(2); Pool(1)\n'
         '    trials = [make_trial(configure({}), 0.1)] * 3\n'
         '    print(pool(trials) == batch.run_trials(trials, False)); pool.close()\n'
     )

@@ -17,10 +17,10 @@ import numpy as np
 
 from mobile_robot_control.benchmarking.side_by_side import in_threads
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.cuda import Cuda
 from mobile_robot_control.loop.drawn import Draws, judged_rows, run_draws
 from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
+from mobile_robot_control.loop.pool import Pool, cores
 from mobile_robot_control.loop.scenarios import scenario_trial
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.search.objective import Objective
@@ -45,13 +45,13 @@ def _seconds(function):
 
 
 def _rates():
-    gpu, cpu, loop = Cuda(), batch.Pool(), ParameterSources().configuration()
+    gpu, cpu, loop = Cuda(), Pool(), ParameterSources().configuration()
     drawn = draw_scenarios(DISTRIBUTION, MANY, 1)
     for name, form in (('without', lambda form: form), ('with', _indexed)):
         drawing = Draws(loop, 1.0, 0.75, form, 0.1, {})
         runs = [one for _, one in drawing.runs(drawn)]
         for what, on, part, many in (('on the GPU', gpu, runs, MANY),
-                                     (f'on {batch.cores()} threads', cpu, drawing, 5000)):
+                                     (f'on {cores()} threads', cpu, drawing, 5000)):
             took = _seconds((lambda on=on, part=part: on.each(run_draws, part, '')) if on is gpu else
                             (lambda on=on, part=part, many=many: judged_rows(on, part, drawn[:many])))
             print(f'rollouts {name} indices {what}: {many / took:,.0f} a second', flush=True)
@@ -65,10 +65,10 @@ def _searches(count=8, generations=20):
         objective = Objective(search.parameters, search.goal, run)
         run_search(search.settings._replace(seed=seed, generations=generations), objective)
 
-    cpu, seeds = batch.Pool(), range(count)
+    cpu, seeds = Pool(), range(count)
     for what, took in ((f'{count} searches together on the GPU', _seconds(
                            lambda: in_threads(seeds, one, gpu.together))),
-                       (f'one after another on {batch.cores()} threads', _seconds(
+                       (f'one after another on {cores()} threads', _seconds(
                            lambda: [one(seed, cpu) for seed in seeds])),
                        ('one alone on the GPU', count * _seconds(lambda: in_threads(seeds[:1], one, gpu.together)))):
         print(f'{what}: {rollouts / took:,.0f} rollouts a second', flush=True)
@@ -87,7 +87,7 @@ def _million():
 
 def _compared(robot, law):
     """Return a line on a law on a robot, and whether all of its runs are equal."""
-    begun, gpu, cpu = time.perf_counter(), Cuda(), batch.Pool(1)
+    begun, gpu, cpu = time.perf_counter(), Cuda(), Pool(1)
     loop = ParameterSources(robot=robot).with_values(
         {'position_controller.controller_type': law}).configuration()
     drawing, scenarios = Draws(loop, 1.0, 0.75, _indexed, 0.1, {}), draw_scenarios(DISTRIBUTION, DRAWN, 1)

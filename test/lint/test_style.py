@@ -1,6 +1,7 @@
-"""Ruff and strict mypy find nothing; modules are short; variables are named for what they hold."""
+"""Ruff and mypy find nothing; modules are short; names say what is held, and what a test claims beside its module."""
 
 import ast
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -84,3 +85,19 @@ def test_variables_are_named_for_what_they_hold():
              for name, line in _generic(ast.parse(path.read_text(encoding='utf-8')))]
     assert not [f'{file}:{line}: {name}' for file, name, line in bound if (file, name) not in NAMED]
     assert {(file, name) for file, name, _ in bound} >= NAMED
+
+
+def test_the_name_of_a_test_is_short_and_makes_one_claim():
+    for path in (*(ROOT / 'test').rglob('*.py'), *(ROOT / 'examples').rglob('*.py')):
+        for name in re.findall(r'^(?:def )?test_(\w+)(?:\(| =)', path.read_text(encoding='utf-8'), re.MULTILINE):
+            assert len(name) <= 80, f'{path.relative_to(ROOT)}: test_{name}: a sentence of at most 80 characters'
+            assert name.count('_and_') < 2, f'{path.relative_to(ROOT)}: test_{name}: make two tests of it'
+
+
+def test_a_unit_test_has_the_name_of_the_module_beside_which_it_stands():
+    tests = ROOT / 'test' / 'unit'
+    for path in tests.rglob('test_*.py'):
+        name, folder = path.stem.removeprefix('test_'), ROOT / 'mobile_robot_control' / path.relative_to(tests).parent
+        stands = [(folder / file).is_file() for file in (f'{name}.py', f'__{name}__.py', f'{name}.js')]
+        # or it tests the folder
+        assert any(stands) or (folder.name == name and folder.is_dir()), f'{path.relative_to(ROOT)}: no {name} there'

@@ -69,7 +69,7 @@ def test_in_lockstep_nodes_are_paused_stale_ok_and_name_who_is_missing(domain, t
             robot.spin_until(lambda: reports.newest(name).message == 'ended')  # noqa: B023
 
 
-def test_on_the_wall_clock_nodes_count_their_subscribers_and_a_stopped_robot_reports_the_missing_node(robot):
+def test_wall_clock_nodes_count_their_subscribers_and_a_stopped_robot_names_what_it_lacks(robot):
     """By these numbers the recorder of an experiment on the wall clock waits for every node."""
     reports = Reports(robot)
     robot.start('plant', 'position_controller', 'velocity_controller', arguments=WALL_CLOCK, composed=True)

@@ -45,7 +45,7 @@ def _set(robot, node, **values):
         assert result.successful, result.reason
 
 
-def test_changes_are_published_with_their_first_stamp_and_those_of_the_curve_begin_with_a_run(robot):
+def test_a_change_is_published_with_its_first_stamp_and_one_of_the_curve_with_a_new_run(robot):
     robot.start(arguments=[*QUICK, '-p', 'hold_at:=0.1', '-p', 'duration:=0.3'], composed=True)
     robot.spin_until(robot.recorder.has_every_topic)
     _set(robot, 'plant', paused=False)
@@ -81,7 +81,7 @@ def test_changes_are_published_with_their_first_stamp_and_those_of_the_curve_beg
         assert ours.torque == pytest.approx(theirs.torque, rel=1e-9, abs=1e-9)
 
 
-def test_the_cart_goes_on_where_it_is_with_another_lap_time_and_the_pace_changes_no_number(robot):
+def test_with_another_lap_time_the_cart_goes_on_where_it_is_whatever_the_pace_was(robot):
     robot.start(arguments=[*QUICK, '-p', 'hold_at:=0.5', '-p', 'duration:=1.0'], composed=True)
     robot.spin_until(robot.recorder.has_every_topic)
     # as slow as can be, and then as fast as it goes

@@ -22,7 +22,7 @@ def metrics_of(output):
     return json.loads((output / 'metrics.json').read_text())
 
 
-def test_a_run_in_a_namespace_has_the_metrics_of_simulate_and_is_replaced_by_one_that_diverges(
+def test_a_run_in_a_namespace_has_the_metrics_of_simulate_and_a_diverging_one_replaces_it(
         domain, tmp_path, capsys, monkeypatch):
     run = ['--duration', '1', '--params-file', str(CONFIG / 'fuzzy.yaml'), '--robot', 'chapter']
     done = run_command('experiment', *run, *FAST, '--output', tmp_path, '--namespace', '/robot1', '--composed')
@@ -71,7 +71,7 @@ def test_a_run_in_a_namespace_has_the_metrics_of_simulate_and_is_replaced_by_one
     pytest.param(signal.SIGTERM, True, FAST, marks=pytest.mark.soak),
     pytest.param(signal.SIGINT, False, WALL_CLOCK, marks=pytest.mark.soak),
 ])
-def test_a_run_whose_recorder_stalls_and_is_interrupted_has_a_complete_bag_and_metrics(
+def test_an_interrupted_run_has_a_complete_bag_and_metrics_though_its_recorder_stalls(
         domain, tmp_path, number, report, options):
     """In lockstep it waits for the recorder: in the time of the stall, publishers would overrun their queues."""
     output = tmp_path / 'run'

@@ -101,7 +101,7 @@ sys.exit(main(sys.argv[1:]))
 '''
 
 
-def test_a_run_on_the_wall_clock_is_recorded_from_its_start_and_evaluated_although_dds_cannot_be_left(domain, tmp_path):
+def test_a_run_on_the_wall_clock_is_evaluated_from_its_start_though_dds_cannot_be_left(domain, tmp_path):
     output = tmp_path / 'run'
     done = subprocess.run([sys.executable, '-c', LEAVING, '--duration', '2', '--output', output, '--no-report',
                            '--composed', '--params-file', CONFIG / 'wall_clock.yaml'],

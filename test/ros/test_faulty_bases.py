@@ -78,9 +78,7 @@ def started(robot, tmp_path):
 
 
 @pytest.mark.parametrize('seconds', [1.0, *(pytest.param(one, marks=pytest.mark.soak) for one in (0.2, 2.0, 20.0))])
-def test_a_base_that_starts_again_at_zero_does_not_set_out_and_one_five_centimetres_away_drives_on(
-    robot, started, seconds
-):
+def test_a_base_that_starts_again_at_zero_stands_and_one_five_centimetres_away_drives_on(robot, started, seconds):
     base = started()
     robot.spin_until(base.drives)
     # as it may after a push

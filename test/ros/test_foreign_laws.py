@@ -42,7 +42,7 @@ def close(a, b):
     return all(abs(x - y) <= 1e-9 * max(1.0, abs(y)) for x, y in zip(a, b, strict=True))
 
 
-def test_it_runs_and_is_compared_as_the_rollout_says_and_again_to_the_last_bit(domain, tmp_path, my_kanayama):
+def test_compared_runs_of_it_agree_with_the_rollout_and_with_each_other_to_the_last_bit(domain, tmp_path, my_kanayama):
     files = [tmp_path / 'mine.yaml', tmp_path / 'again.yaml']
     for file in files:
         file.write_text(FILE)
@@ -62,7 +62,7 @@ def test_it_runs_and_is_compared_as_the_rollout_says_and_again_to_the_last_bit(d
         assert close(ours.tick.pose, theirs.tick.pose)
 
 
-def test_it_is_described_and_switched_to_and_back_without_a_jump(robot, my_kanayama):
+def test_it_is_described_and_takes_turns_with_another_law_without_a_jump(robot, my_kanayama):
     robot.start(arguments=['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_time_factor:=0.0', '-p',
                            'paused:=true', '-p', 'duration:=3.0'], composed=True)
     robot.spin_until(robot.recorder.has_every_topic)
@@ -88,7 +88,7 @@ def test_it_is_described_and_switched_to_and_back_without_a_jump(robot, my_kanay
     assert max(abs(sample.tick.error.lateral) for sample in ticks) < 0.1
 
 
-def test_a_law_that_is_slow_in_lockstep_and_then_fails_stands_still_and_ends_the_experiment(
+def test_a_slow_law_goes_on_in_lockstep_and_a_failed_one_ends_the_experiment_at_rest(
         domain, tmp_path, capsys, registered):
     law = variant(tmp_path, '    time.sleep(0.7 * (0.0 < observation.velocity.linear < 0.03))\n'
                             '    e1 = math.nan if e1 > 0.015 else e1')

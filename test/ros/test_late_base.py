@@ -116,7 +116,7 @@ def test_a_path_of_waypoints_is_driven_with_the_error_that_simulate_promises(dri
     assert rms == pytest.approx(foreseen, rel=0.3)
 
 
-def test_with_a_clock_from_outside_time_goes_stands_and_begins_anew_and_a_stop_stays(drive):
+def test_a_clock_from_outside_goes_stands_or_begins_anew_and_a_stop_stays(drive):
     driven = drive(TUNED, 2.0)
     robot = driven.robot
     driven.follows()

@@ -241,7 +241,7 @@ def test_noise_of_a_localisation_at_50_hz_does_not_swing_the_robot(robot, tf, tm
         base.plan[:round((base.now() - base.begun) / 2e7)]))
 
 
-def test_a_noisy_localisation_is_smoothed_a_lost_one_holds_the_cart_and_a_jump_stops_the_robot(robot, tf, tmp_path):
+def test_localisation_is_smoothed_its_loss_holds_the_cart_and_its_jump_stops_the_robot(robot, tf, tmp_path):
     base = Localised(robot, tf, 0.0, noise=0.005)
     base.plan = launch(robot, tmp_path, timeout=2.0)
     events = []

@@ -212,7 +212,7 @@ def test_between_position_ticks_odometry_is_repeated_too(robot):
     assert {message.header.stamp.nanosec for message in odometry} == {0}
 
 
-def test_a_run_has_its_frames_its_clock_a_latched_path_and_a_line_for_its_wait_its_begin_and_its_end(robot):
+def test_a_run_has_its_frames_a_clock_a_latched_path_and_a_line_for_each_of_its_stages(robot):
     paths, clocks, odometry, references = [], [], [], []
     for kind, topic, found in ((Clock, '/clock', clocks), (Odometry, 'odom', odometry),
                                (Odometry, 'reference', references)):

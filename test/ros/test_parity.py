@@ -99,8 +99,7 @@ def test_a_robot_as_it_is_agrees_with_the_rollout_and_drives_again_to_the_last_b
     assert all(len(bytes_) == 1 for stamps in first.values() for bytes_ in stamps.values())
 
 
-def test_four_processes_on_a_busy_machine_agree_with_the_rollout_and_with_composed_nodes_to_the_last_bit(
-        domain, tmp_path):
+def test_four_processes_on_a_busy_machine_agree_with_the_rollout_and_with_composed_nodes(domain, tmp_path):
     overrides = [
         'plant.noise.pose:=[0.01, 0.02, 0.005]', 'plant.noise.velocity:=0.05', 'plant.noise.seed:=7',
         'plant.delay.velocity_steps:=2', 'plant.disturbance.time:=1.0', 'plant.disturbance.impulse:=[0.002, -0.001]',
@@ -141,7 +140,7 @@ PATH = """
 """
 
 
-def test_nodes_and_simulate_drive_a_path_forwards_on_the_spot_and_backwards_alike_to_its_end(domain, tmp_path):
+def test_nodes_drive_forwards_on_the_spot_and_backwards_to_the_end_of_a_path_as_simulate(domain, tmp_path):
     file = tmp_path / 'path.yaml'
     file.write_text(PATH)
     (tmp_path / 'bend.csv').write_text('x,y,heading\n0,0,0\n0.5,0,0\n0.5,0,-1.5\n0.5,0.5,-1.57\n')

@@ -95,15 +95,24 @@ def test_of_a_file_for_all_nodes_each_takes_its_sections_and_whole_numbers_as_fl
     assert _spin(capfd, 'plant', *FUZZY, *whole)[0] == 0
 
 
-def test_the_placement_of_an_earlier_file_does_not_count_on_a_path_and_beside_the_path_it_is_refused(
-        domain, tmp_path, capfd):
+@pytest.fixture
+def placed(tmp_path):
+    """Arguments with files that place a curve, that name a path, and that do both."""
     (tmp_path / 'shelves.csv').write_text('0,0\n2,0\n')
     on_path = 'curve: path, path: {file: shelves.csv}, timing: {max_linear_velocity: 1.0, max_linear_acceleration: 1.0}'
     for name, values in (('tuned', 'curve: lemniscate, scale: 2.0, period: 30.0, center: [1.0, 0.0]'),
                          ('path', on_path), ('both', f'{on_path}, period: 30.0')):
         (tmp_path / f'{name}.yaml').write_text(f'/**/reference_cart: {{ros__parameters: {{{values}}}}}\n')
-    tuned, path, both = (['--params-file', tmp_path / f'{name}.yaml'] for name in ('tuned', 'path', 'both'))
+    return [['--params-file', tmp_path / f'{name}.yaml'] for name in ('tuned', 'path', 'both')]
+
+
+def test_the_placement_of_an_earlier_file_does_not_count_on_a_path(domain, placed, capfd):
+    tuned, path, _ = placed
     assert _spin(capfd, 'reference_cart', *tuned, *path)[0] == 0
+
+
+def test_a_placement_beside_a_path_is_refused(domain, placed, capfd):
+    tuned, path, both = placed
     for arguments in ((*tuned, *both), (*path, *tuned, '-p', 'reference_cart:curve:=path', '-p', 'period:=30.0'), (
             *path, '-p', 'reference_cart:period:=30.0')):
         _assert_refused(*_spin(capfd, 'reference_cart', *arguments), ['period = 30.0 places a curve'])

@@ -141,7 +141,7 @@ def test_best_effort_odometry_is_taken_on_the_wall_clock_and_what_does_not_fit_i
 
 
 @pytest.mark.parametrize('stamped', [True, False])
-def test_a_command_that_no_node_takes_is_told_and_who_takes_another_type_with_the_parameter(domain, tmp_path, stamped):
+def test_a_command_that_no_node_takes_is_told_and_so_is_a_node_that_takes_another_type(domain, tmp_path, stamped):
     with contextlib.ExitStack() as stack:
         robot = stack.enter_context(contextlib.closing(Robots(tmp_path, [])))  # no recorder listens yet
         driver, told = rclpy.create_node('driver'), {}

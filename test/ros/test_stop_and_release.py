@@ -164,7 +164,7 @@ def test_in_lockstep_a_stop_is_refused_under_any_name_of_the_node(robot):
         assert 'paused' in message
 
 
-def test_a_robot_sets_out_to_no_far_cart_by_approach_or_law_until_it_is_near_or_the_limit_is_raised(robot):
+def test_a_robot_sets_out_to_no_far_cart_until_it_is_near_or_the_limit_is_raised(robot):
     seen, place = Seen(robot), [400e3, 3.7e6]
     base = robot.recorder.create_publisher(Odometry, 'odom', PUBLISHED)
 

@@ -5,7 +5,8 @@ import numpy as np
 from chapter_figures.runs import FUZZY_TRIFOLIUM, Runs
 from mobile_robot_control.control.fuzzy import FuzzyGains
 from mobile_robot_control.search import genetic
-from mobile_robot_control.search.space import configured_gains, decode, search_genes
+from mobile_robot_control.search.gains import configured_gains
+from mobile_robot_control.search.space import decode, search_genes
 
 _SEED = 2008
 

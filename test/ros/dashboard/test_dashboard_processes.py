@@ -69,7 +69,7 @@ def test_a_port_that_is_taken_and_a_missing_extra_are_one_line_with_the_remedy(d
     assert 'mobile_robot_control[dashboard]' in line
 
 
-def test_a_signal_ends_page_and_nodes_and_kill_9_the_nodes_that_it_started(domain, tmp_path):
+def test_a_signal_ends_the_page_and_its_nodes(domain, tmp_path):
     page = LivePage(tmp_path)
     wait_until(lambda: len(page.nodes()) == 4)
     nodes = page.nodes()
@@ -77,7 +77,10 @@ def test_a_signal_ends_page_and_nodes_and_kill_9_the_nodes_that_it_started(domai
     assert page.process.wait(60) == 0
     assert not any(map(_is_running, nodes))
     page.close()
-    page.start()
+
+
+def test_kill_9_of_the_page_ends_the_nodes_that_it_started(domain, tmp_path):
+    page = LivePage(tmp_path)
     wait_until(lambda: len(page.nodes()) == 4)
     nodes = page.nodes()
     page.process.kill()

@@ -10,7 +10,7 @@ def _words(page):
     return page.text('path-words')
 
 
-def test_a_drawn_path_is_planned_sent_and_followed_and_another_one_joins_it(page, live):
+def test_a_drawn_path_is_followed_as_it_was_planned_and_the_next_one_joins_it(page, live):
     # so slow that the cart is still near the start when the path is sent again
     page.choose('speed', '0.1')
     run = page.number('run')

@@ -33,7 +33,7 @@ def _drag(page, live, row, right):
     return live.asker.value('/position_controller', P)
 
 
-def test_controls_change_parameters_and_are_taken_back_and_a_refusal_has_the_words_of_the_node(page, live):
+def test_controls_change_parameters_and_are_taken_back(page, live):
     row = page.parameter(P)
     default = live.asker.value('/position_controller', P)
     assert _drag(page, live, row, 60) > default + 0.1
@@ -41,15 +41,7 @@ def test_controls_change_parameters_and_are_taken_back_and_a_refusal_has_the_wor
     page.click(row.find_element('css selector', '.back'))
     page.wait(lambda: live.asker.value('/position_controller', P) == default)
     page.wait(lambda: 'changed' not in row.get_attribute('class'))
-    field = row.find_element('css selector', 'input[type=text]')
-    before = field.get_attribute('value')
-    for text in ('-1', 'Infinity', 'nonsense <b>bold</b>'):
-        page.type_into(field, text)
-        page.wait(lambda text=text: text in page.words(P))
-        page.wait(lambda: field.get_attribute('value') == before)
-    assert 'must be above 0.0' in page.words(P) or 'write a number' in page.words(P)
-    assert not page.driver.find_elements('css selector', '#parameters b b')
-    page.type_into(field, '1,75')
+    page.type_into(row.find_element('css selector', 'input[type=text]'), '1,75')
     page.wait(lambda: live.asker.value('/position_controller', P) == 1.75)
     page.choose('law', 'fuzzy')
     start = page.parameter('initial_pose', 'plant').find_element('css selector', 'input')
@@ -60,6 +52,17 @@ def test_controls_change_parameters_and_are_taken_back_and_a_refusal_has_the_wor
     page.wait(lambda: live.asker.value('/position_controller', 'controller_type') == 'backstepping')
     page.wait(lambda: live.asker.value('/plant', 'initial_pose')[0] == pytest.approx(1.0))
     page.wait(lambda: live.asker.value('/position_controller', P) == default)
+
+
+def test_a_refusal_has_the_words_of_the_node(page):
+    field = page.parameter(P).find_element('css selector', 'input[type=text]')
+    before = field.get_attribute('value')
+    for text in ('-1', 'Infinity', 'nonsense <b>bold</b>'):
+        page.type_into(field, text)
+        page.wait(lambda text=text: text in page.words(P))
+        page.wait(lambda: field.get_attribute('value') == before)
+    assert 'must be above 0.0' in page.words(P) or 'write a number' in page.words(P)
+    assert not page.driver.find_elements('css selector', '#parameters b b')
 
 
 def test_a_law_comes_with_its_shipped_gains_is_undone_and_leaves_what_the_user_has_set(page, live):
@@ -139,7 +142,7 @@ def test_another_curve_begins_a_new_run_at_its_start(page):
         page.wait(lambda: abs(page.number('e1')) + abs(page.number('e2')) < 0.1)
 
 
-def test_space_holds_the_run_a_step_is_one_position_tick_an_arrow_pushes_and_space_lets_it_go_on(page, live):
+def test_space_holds_the_run_for_single_steps_and_pushes_until_it_is_pressed_again(page, live):
     page.hold()
     page.wait(lambda: 'paused' in page.text('nodes'))
     # the answer has the time of the plant, which the page's last row may not have reached yet
@@ -212,7 +215,7 @@ def test_the_speed_is_changed_and_measured(page, live):
     page.wait(lambda: page.number('speed') > 0.16)
 
 
-def test_what_one_browser_changes_another_one_shows_and_the_run_goes_on_while_none_is_open(page, live):
+def test_what_one_browser_changes_another_one_shows(page, live):
     first = page.driver.current_window_handle
     page.driver.switch_to.new_window('window')
     other = OpenPage(page.browser, live.address)
@@ -223,6 +226,9 @@ def test_what_one_browser_changes_another_one_shows_and_the_run_goes_on_while_no
     page.driver.switch_to.window(first)
     shown = page.parameter('backstepping.g').find_element('css selector', 'input[type=text]')
     page.wait(lambda: shown.get_attribute('value') == '9.5')
+
+
+def test_the_run_goes_on_while_no_page_is_open(page, live):
     begun = page.number('time')
     page.driver.get('about:blank')
     wait_until(lambda: live.process.poll() is None and len(live.nodes()) == 4)
@@ -272,7 +278,7 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     assert 'is not complete' not in shown, shown.partition('What is missing')[2][:400]
 
 
-def test_a_lost_connection_goes_on_where_it_was_and_a_request_whose_answer_is_lost_is_answered_in_words(page):
+def test_a_lost_connection_goes_on_where_it_was(page):
     # messages on their way are lost, as where a network fails; the page shows it for a second
     page.driver.execute_script(
         'window.kept = true; window.former = mrc.socket; window.shown = "";'
@@ -284,6 +290,9 @@ def test_a_lost_connection_goes_on_where_it_was_and_a_request_whose_answer_is_lo
     before = page.text('run')
     page.wait(lambda: page.text('run') != before)
     assert page.driver.execute_script('return window.kept')
+
+
+def test_a_request_whose_answer_is_lost_is_answered_in_words(page):
     answer = page.driver.execute_async_script(
         'const later = window.setTimeout; window.setTimeout = (act) => later(act, 0);'
         'WebSocket.prototype.send = () => {}; mrc.live.ask({do: "record"}).then(arguments[0])')

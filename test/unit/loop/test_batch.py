@@ -11,7 +11,8 @@ from helpers.measuring import measured_run
 from mobile_robot_control import BodyVelocity, Field, Law, Observation, jitable
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.loop import batch
-from mobile_robot_control.loop.batch import Pool, reason_of, run_trials
+from mobile_robot_control.loop.batch import reason_of, run_trials
+from mobile_robot_control.loop.pool import Pool
 from mobile_robot_control.loop.trial import make_trial
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.runs.rollout import measure, rollout

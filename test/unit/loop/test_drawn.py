@@ -17,6 +17,7 @@ from mobile_robot_control.loop.monte_carlo import (
     draw_scenarios,
     judge,
 )
+from mobile_robot_control.loop.pool import Pool
 from mobile_robot_control.loop.scenarios import scenario_trial
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import BodyVelocity
@@ -67,7 +68,7 @@ def _alone(drawing, scenarios):
 def test_a_drawn_run_is_the_trial_of_its_scenario(monkeypatch, robot, robots):
     monkeypatch.setattr(drawn, 'compiles', lambda scene: False)
     drawing, scenarios = _drawing(robot), _scenarios(12, robots)
-    rows = judged_rows(batch.Pool(1), drawing, scenarios)
+    rows = judged_rows(Pool(1), drawing, scenarios)
     assert [repr(one) for one in JudgedRuns.of_rows(rows)] == [*map(repr, _alone(drawing, scenarios))]
 
 

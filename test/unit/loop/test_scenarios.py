@@ -31,9 +31,10 @@ from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import measure
+from mobile_robot_control.search.gains import configured_gains
 from mobile_robot_control.search.objective import OBJECTIVES, RMS, Goal, Objective, default_smooth
 from mobile_robot_control.search.search import WORST
-from mobile_robot_control.search.space import bounded, configured_gains, search_genes
+from mobile_robot_control.search.space import bounded, search_genes
 from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.nodes import Configuration, course_of
 

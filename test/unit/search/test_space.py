@@ -12,6 +12,7 @@ from mobile_robot_control.control.fuzzy import FuzzyGains, repair
 from mobile_robot_control.control.laws import PositionControl
 from mobile_robot_control.parameters.declaration import ParameterError, build, flatten
 from mobile_robot_control.search import genetic, space
+from mobile_robot_control.search.gains import configured_gains
 from mobile_robot_control.search.space import (
     SEARCHES,
     at_the_edge,
@@ -25,7 +26,7 @@ from mobile_robot_control.search.space import (
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.nodes import Configuration
 
-START = space.configured_gains(Configuration())
+START = configured_gains(Configuration())
 
 
 def test_twelve_bits_encode_4096_evenly_spaced_points():
