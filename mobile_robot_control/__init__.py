@@ -23,12 +23,13 @@ _HOMES = {
     'summary': 'runs.metrics',
     # a law or a curve of one's own
     'Law': 'control.law', 'NoState': 'control.law', 'Curve': 'reference.curves', 'CurvePoint': 'reference.curves',
+    'VelocityLaw': 'control.velocity_law', 'VelocityInputs': 'control.velocity_law', 'WheelTorque': 'quantities',
     'register': 'parameters.plugins', 'Field': 'parameters.declaration', 'rule': 'parameters.declaration',
     'jitable': 'jit', 'elementary': 'elementary',
     'Observation': 'quantities', 'TrackingError': 'quantities', 'Reference': 'quantities', 'Pose': 'quantities',
     'BodyVelocity': 'quantities',
     # the registered laws and curves, by name
-    'LAWS': 'control.laws', 'shipped': 'settings.law_sets', 'CURVES': 'reference.curves',
+    'LAWS': 'control.laws', 'VELOCITY_LAWS': 'control.velocity_laws', 'shipped': 'settings.law_sets', 'CURVES': 'reference.curves',
 }
 __all__ = ['__version__', *_HOMES]  # noqa: PLE0604 (texts)
 

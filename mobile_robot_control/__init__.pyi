@@ -6,6 +6,9 @@ from mobile_robot_control.benchmarking.benchmark import Benchmarked as Benchmark
 from mobile_robot_control.control.law import Law as Law
 from mobile_robot_control.control.law import NoState as NoState
 from mobile_robot_control.control.laws import LAWS as LAWS
+from mobile_robot_control.control.velocity_law import VelocityInputs as VelocityInputs
+from mobile_robot_control.control.velocity_law import VelocityLaw as VelocityLaw
+from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS as VELOCITY_LAWS
 from mobile_robot_control.identification.request import identify as identify
 from mobile_robot_control.identification.result import Identification as Identification
 from mobile_robot_control.jit import jitable as jitable
@@ -20,6 +23,7 @@ from mobile_robot_control.quantities import Observation as Observation
 from mobile_robot_control.quantities import Pose as Pose
 from mobile_robot_control.quantities import Reference as Reference
 from mobile_robot_control.quantities import TrackingError as TrackingError
+from mobile_robot_control.quantities import WheelTorque as WheelTorque
 from mobile_robot_control.reference.curves import CURVES as CURVES
 from mobile_robot_control.reference.curves import Curve as Curve
 from mobile_robot_control.reference.curves import CurvePoint as CurvePoint

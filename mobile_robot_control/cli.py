@@ -34,12 +34,14 @@ def _add_plugin_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group('laws and curves of your own')
     group.add_argument('--law', action='append', default=[], metavar='FILE.py', dest='law_files',
                        help='Python file with a position law, or a folder of them; may be repeated')
+    group.add_argument('--velocity-law', action='append', default=[], metavar='FILE.py', dest='velocity_law_files',
+                       help='Python file with a velocity law VELOCITY_LAW, or a folder of them; may be repeated')
     group.add_argument('--curve', action='append', default=[], metavar='FILE.py', dest='curve_files',
                        help='Python file with a curve CURVE; may be repeated')
 
 
 class _CommandParser(argparse.ArgumentParser):
-    """Loads the files of ``--law`` and ``--curve`` before other options may name what these define."""
+    """Loads the files of laws and curves before other options may name what these define."""
 
     drives = False
     """Whether the command drives the configured law, and so the one law of its ``--law``."""
@@ -47,11 +49,12 @@ class _CommandParser(argparse.ArgumentParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         words = sys.argv[1:] if args is None else list(args)
         plugins = argparse.ArgumentParser(add_help=False, allow_abbrev=False, exit_on_error=False)
-        laws: tuple[str, ...] = ()
+        loaded: dict[str, tuple[str, ...]] = {}
         _add_plugin_options(plugins)
         try:
             early, _ = plugins.parse_known_args(args)
-            laws = load_plugins(early.law_files, early.curve_files, _KEEP_GOING in words)
+            loaded = load_plugins({'law': early.law_files, 'velocity law': early.velocity_law_files,
+                                   'curve': early.curve_files}, _KEEP_GOING in words)
         except argparse.ArgumentError:
             pass  # the whole parser says so in its own words
         except ParameterError as error:
@@ -66,7 +69,7 @@ class _CommandParser(argparse.ArgumentParser):
                 self.error(f"argument {name}: '--' is no value; write one")
         options, rest = super().parse_known_args(args, namespace)
         options.command_line = shlex.join([self.prog, *words])
-        options.own_laws = laws if self.drives else ()
+        options.own_laws = loaded if self.drives else {}
         return options, rest
 
     def error(self, message: str) -> NoReturn:
@@ -179,7 +182,7 @@ def request_of(request: type[Request], options: argparse.Namespace) -> Request:
 def sources_of(options: argparse.Namespace) -> ParameterSources:
     """Return where the options that all commands take find the loop's parameters."""
     return ParameterSources(options.robot, tuple(options.params_files), tuple(options.overrides),
-                            options.own_laws)
+                            options.own_laws.get('law', ()), options.own_laws.get('velocity law', ()))
 
 
 def _tell_of_law(command: str, options: argparse.Namespace) -> None:

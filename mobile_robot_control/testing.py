@@ -1,5 +1,5 @@
 """
-Check a law or a curve of one's own.
+Check a law, a velocity law or a curve of one's own.
 
 In a test: ``check_law(LAW)``. By hand: ``python -m mobile_robot_control.testing FILE.py``.
 """
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mobile_robot_control.conformance.checks import Conformance
     from mobile_robot_control.control.law import Law
+    from mobile_robot_control.control.velocity_law import VelocityLaw
     from mobile_robot_control.reference.curves import Curve
 
 
@@ -54,6 +55,39 @@ def check_law(law: 'Law', over_dds: bool = True) -> 'Conformance':
     from mobile_robot_control.conformance.laws import checked_law  # noqa: PLC0415
 
     return checked_law(law, over_dds)
+
+
+def check_velocity_law(law: 'VelocityLaw', over_dds: bool = True) -> 'Conformance':
+    """
+    Check the requirements of a velocity law; all checks run before the error is raised.
+
+    Parameters
+    ----------
+    law : VelocityLaw
+        The record; it is not registered by the check, and need not be.
+    over_dds : bool
+        Whether to run the law over DDS, too, if rclpy is installed.
+
+    Returns
+    -------
+    Conformance
+        The passed checks, and those left out, with the reason.
+
+    Raises
+    ------
+    ConformanceError
+        An AssertionError that names each failed check with the input that shows it.
+
+    Examples
+    --------
+    >>> from mobile_robot_control.control.velocity_pi import LAW
+    >>> check_velocity_law(LAW, over_dds=False).passed[:4]
+    ('record', 'pure', 'finite', 'limit')
+
+    """
+    from mobile_robot_control.conformance.velocity_laws import checked_velocity_law  # noqa: PLC0415
+
+    return checked_velocity_law(law, over_dds)
 
 
 def check_curve(curve: 'Curve', over_dds: bool = True) -> 'Conformance':
@@ -98,8 +132,8 @@ def check_curve(curve: 'Curve', over_dds: bool = True) -> 'Conformance':
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='mobile_robot_control.testing', allow_abbrev=False,
-                                     description='check the LAW and the CURVE of a Python file')
-    parser.add_argument('file', metavar='FILE.py', help='has a LAW, a CURVE or both')
+                                     description='check the LAW, the VELOCITY_LAW and the CURVE of a Python file')
+    parser.add_argument('file', metavar='FILE.py', help='has a LAW, a VELOCITY_LAW, a CURVE or several')
     parser.add_argument('--no-dds', action='store_false', dest='over_dds', help='leave out the run over DDS')
     return parser
 
@@ -108,11 +142,12 @@ def _run(options: argparse.Namespace) -> int:
     """Check the records of a file; return 1 if any check fails."""
     from mobile_robot_control.conformance.checks import records_of  # noqa: PLC0415
 
-    laws, curves = records_of(options.file)
-    names = [*(law.name for law in laws), *(curve.name for curve in curves)]
+    laws, velocity_laws, curves = records_of(options.file)
+    names = [record.name for record in (*laws, *velocity_laws, *curves)]
     print(f'testing: checking {", ".join(names)}, for some seconds', file=sys.stderr)
     checks: list[Callable[[], Conformance]] = [
         *(partial(check_law, law, options.over_dds) for law in laws),
+        *(partial(check_velocity_law, law, options.over_dds) for law in velocity_laws),
         *(partial(check_curve, curve, options.over_dds) for curve in curves)]
     failed = [check for check in checks if not _printed(check)]
     return 1 if failed else 0

@@ -13,6 +13,8 @@ from typing import Any, NamedTuple, NoReturn
 
 from mobile_robot_control.control.law import Law
 from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.control.velocity_law import VelocityLaw
+from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS
 from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.parameters.plugins import plugin_environment
 from mobile_robot_control.parameters.registry import BUILT_IN, PluginError, Registry
@@ -136,21 +138,21 @@ def holding(registry: Registry[Any], record: Any) -> Iterator[None]:
             registry.register(before)
 
 
-def records_of(file: str) -> tuple[tuple[Law, ...], tuple[Curve, ...]]:
-    """Return the laws and the curves of a file; raise PluginError if it has neither."""
+def records_of(file: str) -> tuple[tuple[Law, ...], tuple[VelocityLaw, ...], tuple[Curve, ...]]:
+    """Return the laws, the velocity laws and the curves of a file; raise PluginError if it has none."""
     records: list[tuple[Any, ...]] = []
     # each import of the file makes new records: the laws' import is the last one, and its curves are those of the text
-    for registry, missing in ((CURVES, 'has no CURVE'), (LAWS, 'has no LAW')):
+    for registry, missing in ((CURVES, 'has no CURVE'), (VELOCITY_LAWS, 'has no VELOCITY_LAW'), (LAWS, 'has no LAW')):
         try:
             records.append(registry.load_file(file))
         except PluginError as refusal:
             if missing not in str(refusal):
                 raise
             records.append(())
-    curves, laws = records
-    if not (laws or curves):
-        raise PluginError([f'{file}: has neither LAW nor CURVE; see docs/extending.md'])
-    return laws, curves
+    curves, velocity_laws, laws = records
+    if not any(records):
+        raise PluginError([f'{file}: has neither LAW, VELOCITY_LAW nor CURVE; see docs/extending.md'])
+    return laws, velocity_laws, curves
 
 
 _DURATION = 1.0
@@ -171,12 +173,12 @@ def file_option(registry: Registry[Any], record: Any, function: Any, option: str
     ----------
     registry : Registry
         Contains the record.
-    record : Law or Curve
+    record : Law, VelocityLaw or Curve
         To be loaded.
     function : callable
         Its step or its point.
     option : str
-        '--law' or '--curve'.
+        '--law', '--velocity-law' or '--curve'.
 
     Raises
     ------
@@ -184,8 +186,8 @@ def file_option(registry: Registry[Any], record: Any, function: Any, option: str
         If the record is not that of a file.
 
     """
-    attribute, origin = option[2:].upper(), registry.origin(record.name)
-    if origin == BUILT_IN or _is_installed(record, f'mobile_robot_control.{option[2:]}s'):
+    attribute, origin = option[2:].upper().replace('-', '_'), registry.origin(record.name)
+    if origin == BUILT_IN or _is_installed(record, f'mobile_robot_control.{option[2:].replace("-", "_")}s'):
         return []
     if origin in registry.loaded_texts():
         return [option, origin]
@@ -210,12 +212,12 @@ def _overrides(law: str, curve: str) -> list[str]:
             'plant.initial_pose:=[0.9, 0.1, 1.0]', 'plant.real_time_factor:=0.0', *ahead]
 
 
-def equal_over_dds(options: list[str], law: str, curve: str) -> Iterator[str]:
+def equal_over_dds(options: list[str], law: str, curve: str, *more: str) -> Iterator[str]:
     """Yield differences between a run of the four nodes and `simulate`; `options` load the law or the curve."""
     missing = [name for name in _MODULES if importlib.util.find_spec(name) is None]
     if missing:
         raise LeftOutError(f'the Python module {missing[0]} is missing')
-    overrides = _overrides(law, curve)
+    overrides = [*_overrides(law, curve), *more]
     with tempfile.TemporaryDirectory() as folder:
         recorded = _experiment(Path(folder) / 'run', [*options, *(word for one in overrides for word in ('-p', one))])
     simulated = list(rollout(configure(load([], overrides)), _DURATION))

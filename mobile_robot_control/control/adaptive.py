@@ -60,8 +60,8 @@ class AdaptiveGains(NamedTuple):
     ] = (20.0, 2.0)
     dead_zone: Annotated[
         tuple[float, ...],
-        Field('m/s, rad/s', 'errors of the velocities below which nothing adapts: above the noise, they keep it out '
-              'of the estimates', minimum=0.0, live=True, length=2)
+        Field('m/s, rad/s', 'errors of the velocities below which nothing adapts: larger keeps more noise out of the '
+              'estimates, which end farther from the true ones', minimum=0.0, live=True, length=2)
     ] = (0.0, 0.0)
 
 
@@ -110,10 +110,10 @@ def step(
     differential = half_separation(robot) / robot.wheel_radius * (
         turning * (state.turning_inertia * alpha + k_turn * s_turn)
         + robot.viscous_friction * state.turning_friction * omega)
-    asked = WheelTorque(common + differential, common - differential)
-    torque = saturate(asked, limit)
+    unlimited = WheelTorque(common + differential, common - differential)
+    torque = saturate(unlimited, limit)
     # at the limit of one wheel both channels are wrong
-    free = torque.right == asked.right and torque.left == asked.left
+    free = torque.right == unlimited.right and torque.left == unlimited.left
     grown = dt * s if free and abs(s) > zone else 0.0
     grown_turn = dt * s_turn if free and abs(s_turn) > zone_turn else 0.0
     return AdaptiveState(

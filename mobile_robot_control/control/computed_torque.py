@@ -20,7 +20,7 @@ Robotic Systems 14(3), 1997, inner loop. Their derivative is that of the whole c
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.compensation import inverse_dynamics
-from mobile_robot_control.control.velocity_law import VelocityInputs, VelocityLaw
+from mobile_robot_control.control.velocity_law import VelocityInputs, VelocityLaw, held_by_limit
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.motors import saturate
 from mobile_robot_control.model.robot import Robot, half_separation
@@ -84,15 +84,14 @@ def step(
     (k, k_turn), (ki, ki_turn) = gains.k, gains.ki
     error = BodyVelocity(inputs.command.linear - inputs.measured.linear,
                          inputs.command.angular - inputs.measured.angular)
-    asked = torques_for(inputs.measured, BodyAcceleration(
+    unlimited = torques_for(inputs.measured, BodyAcceleration(
         inputs.acceleration.linear + k * error.linear + state.linear,
         inputs.acceleration.angular + k_turn * error.angular + state.angular), gains.centripetal_coupling, robot)
-    torque = saturate(asked, limit)
+    torque = saturate(unlimited, limit)
     linear, angular = state
-    # conditional integration, as in the PI law
-    if not (asked.right + asked.left - torque.right - torque.left) * error.linear > 0.0:
+    if not held_by_limit(unlimited.right + unlimited.left, torque.right + torque.left, error.linear):
         linear += ki * error.linear * dt
-    if not (asked.right - asked.left - torque.right + torque.left) * error.angular > 0.0:
+    if not held_by_limit(unlimited.right - unlimited.left, torque.right - torque.left, error.angular):
         angular += ki_turn * error.angular * dt
     return IntegralState(linear, angular), torque
 

@@ -17,7 +17,7 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.computed_torque import torques_for
 from mobile_robot_control.control.sliding_mode import saturation
-from mobile_robot_control.control.velocity_law import VelocityInputs, VelocityLaw
+from mobile_robot_control.control.velocity_law import VelocityInputs, VelocityLaw, held_by_limit
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.motors import saturate
 from mobile_robot_control.model.robot import Robot
@@ -70,12 +70,12 @@ def step(
         + rate * saturation(error.linear + slope * state.linear, layer),
         inputs.acceleration.angular + slope_turn * error.angular
         + rate_turn * saturation(error.angular + slope_turn * state.angular, layer_turn))
-    asked = torques_for(inputs.measured, acceleration, gains.centripetal_coupling, robot)
-    torque = saturate(asked, limit)
+    unlimited = torques_for(inputs.measured, acceleration, gains.centripetal_coupling, robot)
+    torque = saturate(unlimited, limit)
     linear, angular = state
-    if not (asked.right + asked.left - torque.right - torque.left) * error.linear > 0.0:
+    if not held_by_limit(unlimited.right + unlimited.left, torque.right + torque.left, error.linear):
         linear += error.linear * dt
-    if not (asked.right - asked.left - torque.right + torque.left) * error.angular > 0.0:
+    if not held_by_limit(unlimited.right - unlimited.left, torque.right - torque.left, error.angular):
         angular += error.angular * dt
     return SurfaceState(linear, angular), torque
 

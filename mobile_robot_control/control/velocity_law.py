@@ -119,3 +119,9 @@ PI = 'pi'
 def is_finite(torque: WheelTorque) -> bool:
     """Return whether torques are finite; others are a failure of the law."""
     return math.isfinite(torque.right) and math.isfinite(torque.left)
+
+
+@jitable
+def held_by_limit(unlimited: float, limited: float, error: float) -> bool:
+    """Return whether integration of an error would push a channel further beyond its limit."""
+    return (unlimited - limited) * error > 0.0

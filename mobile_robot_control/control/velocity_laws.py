@@ -1,7 +1,7 @@
 """The velocity laws of `velocity_controller.controller_type`: the built-in list, the registry, and their parameters."""
 
 import inspect
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from typing import Any
 
@@ -66,12 +66,15 @@ def velocity_instability(
     return instability_of(law, gains, robot, limit, rate, lockstep)
 
 
-def velocity_is_stable(control: VelocityControl, robot: Robot, limit: float, rate: float, lockstep: bool) -> bool:
-    """Return whether the sampled loop of the selected velocity law is stable, without a measure of the margin."""
+def velocity_is_stable(
+    control: VelocityControl, robot: Robot, limit: float, rate: float, lockstep: bool,
+    settling: Callable[..., Any] | None = None,
+) -> bool:
+    """Return whether the sampled loop of the selected velocity law is stable; see `velocity_stability`."""
     law, gains = selected_velocity_law(control)
     if law.name == PI:
         return velocity_pi.is_stable(gains, robot, rate, lockstep)
-    return not instability_of(law, gains, robot, limit, rate, lockstep)
+    return not instability_of(law, gains, robot, limit, rate, lockstep, settling)
 
 
 def selected_velocity_law(control: VelocityControl) -> tuple[VelocityLaw, Any]:

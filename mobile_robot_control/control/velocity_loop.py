@@ -137,16 +137,16 @@ def make_velocity_step(form: VelocityForm) -> Callable[..., tuple[Any, WheelTorq
     """
     Make the step of the velocity loop for a form, plain or to be compiled.
 
-    It is ``(velocity, asked, measured, constants, dt) -> (law, torque)``: the state of the law and the torques [N m].
+    It is ``(velocity, request, measured, constants, dt) -> (law, torque)``: the state of the law and the torques [N m].
     """
     law_step, present = form.step, _brought_forward if form.feeds else _held
     applied_of: Callable[[Any], WheelTorque] = _as_applied if form.reads_applied else _unread
 
     @jitable
     def velocity_step(
-        velocity: VelocityState, asked: Asked, measured: BodyVelocity, constants: VelocityConstants, dt: float
+        velocity: VelocityState, request: Asked, measured: BodyVelocity, constants: VelocityConstants, dt: float
     ) -> tuple[Any, WheelTorque]:
-        command, acceleration = present(asked.command, asked.acceleration, asked.age)
+        command, acceleration = present(request.command, request.acceleration, request.age)
         inputs = VelocityInputs(command, acceleration, measured, applied_of(velocity.applied))
         return law_step(velocity.law, inputs, constants.gains, constants.nominal, constants.limit, dt)
 
@@ -195,7 +195,7 @@ def change_velocity_law(running: RunningVelocityLaw, law: VelocityLaw, gains: An
 
 
 def running_velocity_step(
-    running: RunningVelocityLaw, asked: Asked, measured: BodyVelocity, applied: WheelTorque,
+    running: RunningVelocityLaw, request: Asked, measured: BodyVelocity, applied: WheelTorque,
     constants: VelocityConstants, dt: float,
 ) -> tuple[RunningVelocityLaw, WheelTorque]:
     """
@@ -205,14 +205,14 @@ def running_velocity_step(
     decays. Raises LawFailedError if the law raises, or its torques are not finite.
     """
     law, gains, state = running.law, running.gains, running.state
-    feeds = asked.acceleration != ()
+    feeds = request.acceleration != ()
     try:
         if running.joins:
             begun = law.joining and law.joining(measured, running.torque, gains, constants.nominal)
             state = VelocityState(begun or law.start)
         state = state._replace(applied=applied if law.reads_applied else ())
         form = velocity_form(law, feeds)
-        after, torque = make_velocity_step(form)(state, asked, measured, constants._replace(gains=gains), dt)
+        after, torque = make_velocity_step(form)(state, request, measured, constants._replace(gains=gains), dt)
         sound = is_finite(torque)
     except BaseException as error:  # a law can raise anything
         raise LawFailedError(located_error(error)) from error

@@ -5,7 +5,7 @@ from functools import lru_cache
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.compensation import inverse_dynamics
-from mobile_robot_control.control.velocity_law import PI, VelocityInputs, VelocityLaw
+from mobile_robot_control.control.velocity_law import PI, VelocityInputs, VelocityLaw, held_by_limit
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.motors import saturate
@@ -53,12 +53,6 @@ class VelocityPiState(NamedTuple):
 
 
 @jitable
-def _held_by_limit(asked: float, given: float, error: float) -> bool:
-    """Return whether integration of an error would push a channel further beyond its limit."""
-    return (asked - given) * error > 0.0
-
-
-@jitable
 def _proportional(error: BodyVelocity, gains: VelocityGains, robot: Robot) -> VelocityPiState:
     """Return the proportional terms of both channels [N m]."""
     lever = half_separation(robot) / robot.wheel_radius
@@ -84,9 +78,9 @@ def _limited(
     torque = saturate(request, max_wheel_torque)
     grown_common, grown_differential = state
     # both sides of the comparison have the same rounding, which must not look like a limit
-    if not _held_by_limit(request.right + request.left, torque.right + torque.left, error.linear):
+    if not held_by_limit(request.right + request.left, torque.right + torque.left, error.linear):
         grown_common += proportional.common * dt / gains.ti1
-    if not _held_by_limit(request.right - request.left, torque.right - torque.left, error.angular):
+    if not held_by_limit(request.right - request.left, torque.right - torque.left, error.angular):
         grown_differential += proportional.differential * dt / gains.ti2
     return VelocityPiState(grown_common, grown_differential), torque
 

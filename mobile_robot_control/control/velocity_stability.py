@@ -74,8 +74,8 @@ def make_loop_step(law_step: VelocityLawStep) -> Callable[[LoopPoint, BodyVeloci
     def loop_step(point: LoopPoint, command: BodyVelocity, constants: _Constants) -> LoopPoint:
         gains, robot, limit, plant, delay = constants
         inputs = VelocityInputs(command, NO_ACCELERATION, point.velocity, point.applied)
-        law, asked = law_step(point.law, inputs, gains, robot, limit, plant.dt)
-        torque = saturate(asked, limit)
+        law, unlimited = law_step(point.law, inputs, gains, robot, limit, plant.dt)
+        torque = saturate(unlimited, limit)
         acting, first, second = torque, point.first, point.second
         if delay == 1:
             acting, first = first, torque

@@ -241,10 +241,10 @@ def bind(
                 return Outcome(first, pose, initial, totals, late_totals, True, variation.total, indices)
             for k in range(first, min(first + ratio, steps)):
                 wheels = wheel_velocity(state.robot.motion.velocity, robot)
-                state, asked, applied = velocity_tick(state, k, loop)
+                state, torque, applied = velocity_tick(state, k, loop)
                 # the period in which the motion diverges is not counted
                 if dynamics.diverged(state.robot.motion, initial_pose):
-                    failed = has_torque and not is_finite(asked)
+                    failed = has_torque and not is_finite(torque)
                     return Outcome(k, pose, initial, totals, late_totals, failed, variation.total, indices)
                 if k == 0:
                     initial = applied

@@ -2,7 +2,7 @@
 
 import os
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from mobile_robot_control.parameters.registry import REGISTRIES, PluginError
@@ -18,7 +18,7 @@ class PluginSource(NamedTuple):
     Attributes
     ----------
     kind : str
-        'law' or 'curve'.
+        'law', 'velocity law' or 'curve'.
     file, text : str
         Path and content.
 
@@ -31,22 +31,22 @@ class PluginSource(NamedTuple):
 
 def register(record: object) -> Any:
     """
-    Register a position law or a curve under its name, for this process and its forks.
+    Register a position law, a velocity law or a curve under its name, for this process and its forks.
 
     Parameters
     ----------
-    record : Law or Curve
+    record : Law, VelocityLaw or Curve
         Replaces the record of the same name from the same file or notebook.
 
     Returns
     -------
-    Law or Curve
+    Law, VelocityLaw or Curve
         The record.
 
     Raises
     ------
     PluginError
-        If the record is incomplete, another source has its name, or it is neither a law nor a curve.
+        If the record is incomplete, another source has its name, or it is no such record.
 
     Examples
     --------
@@ -54,33 +54,34 @@ def register(record: object) -> Any:
 
     >>> register('pursuit')
     Traceback (most recent call last):
-    mobile_robot_control.parameters.registry.PluginError: 'pursuit' is neither a law nor a curve; make a record ...
+    mobile_robot_control.parameters.registry.PluginError: 'pursuit' is no law and no curve; make a record ...
 
     """
     for registry in REGISTRIES.values():
         if isinstance(record, registry.record):
             registry.register(record)
             return record
-    raise PluginError([f'{printable(repr(record))} is neither a law nor a curve; make a record Law(...) or Curve(...)'])
+    raise PluginError([f'{printable(repr(record))} is no law and no curve; make a record Law(...), '
+                       'VelocityLaw(...) or Curve(...)'])
 
 
-def load_plugins(law_files: Sequence[str], curve_files: Sequence[str], keep_going: bool = False) -> tuple[str, ...]:
+def load_plugins(files: Mapping[str, Sequence[str]], keep_going: bool = False) -> dict[str, tuple[str, ...]]:
     """
-    Load files of laws and of curves, or all Python files of folders; return the names of the laws.
+    Load files of records by their kind, or all Python files of folders; return the names of the records by kind.
 
     Raises PluginError for a refused file; to keep going, its reason is kept in `Registry.failures` and printed.
     """
-    laws: list[str] = []
-    for kind, places in (('law', law_files), ('curve', curve_files)):
+    names: dict[str, list[str]] = {kind: [] for kind in files}
+    for kind, paths in files.items():
         registry = REGISTRIES[kind]
-        for file in (file for one in places for file in _files_of(one)):
+        for file in (file for path in paths for file in _files_of(path)):
             try:
-                laws += [record.name for record in registry.load_file(file) if kind == 'law']
+                names[kind] += [record.name for record in registry.load_file(file)]
             except PluginError as error:
                 if not keep_going:
                     raise
                 registry.note_failure(file, str(error))
-    return tuple(dict.fromkeys(laws))
+    return {kind: tuple(dict.fromkeys(loaded)) for kind, loaded in names.items()}
 
 
 def _files_of(place: str) -> list[str]:

@@ -38,7 +38,7 @@ def _entry_point_files() -> Iterator[str]:
         try:
             names = [name for name in os.listdir(folder or '.') if name.endswith(('.dist-info', '.egg-info'))]
         except NotADirectoryError:
-            yield 'mobile_robot_control.laws mobile_robot_control.curves'
+            yield 'mobile_robot_control.laws mobile_robot_control.velocity_laws mobile_robot_control.curves'
             continue
         except OSError:
             continue
@@ -93,7 +93,7 @@ class Source(NamedTuple):
     Attributes
     ----------
     kind, attribute : str
-        'law' or 'curve', for messages; name of the record in its module.
+        'law', 'velocity law' or 'curve', for messages; name of the record in its module.
     entry_points, variable : str
         Group of entry points; environment variable with file names, separated by `os.pathsep`.
 
@@ -153,10 +153,15 @@ class Registry(Mapping[str, Record], Generic[Record]):
         return self._source.variable
 
     @property
+    def option(self) -> str:
+        """Option of commands that names files of its records."""
+        return f'--{self.kind.replace(" ", "-")}'
+
+    @property
     def remedy(self) -> str:
         """How to load a record that is missing."""
         kind = self._source.kind
-        return f'name the file of a {kind} of your own with --{kind}, or register it in Python'
+        return f'name the file of a {kind} of your own with {self.option}, or register it in Python'
 
     @property
     def version(self) -> int:
@@ -317,7 +322,7 @@ class Registry(Mapping[str, Record], Generic[Record]):
 
 
 REGISTRIES: dict[str, Registry[Any]] = {}
-"""The registries by their kind, 'law' and 'curve'; each enters itself."""
+"""The registries by their kind, 'law', 'velocity law' and 'curve'; each enters itself."""
 
 
 def name_violations(kind: str, name: object, reserved: frozenset[str] = frozenset()) -> Iterator[str]:

@@ -9,7 +9,10 @@ import numpy as np
 
 from mobile_robot_control.control.compensation import lead
 from mobile_robot_control.control.laws import declared_gains
+from mobile_robot_control.control.velocity_law import PI
 from mobile_robot_control.control.velocity_laws import selected_velocity_law, velocity_is_stable
+from mobile_robot_control.control.velocity_stability import make_settling
+from mobile_robot_control.loop.batch import compiled
 from mobile_robot_control.loop.indices import objective
 from mobile_robot_control.loop.scenarios import Scenario, configured_scenario, scenario_trial
 from mobile_robot_control.loop.ticks import driving_start
@@ -142,7 +145,10 @@ class Objective:
 
     def __init__(self, configuration: Configuration, goal: Goal, run: RunTrials) -> None:
         self._shared, self._goal, self._run = configuration.plant.shared, goal, run
-        self._limit = configuration.velocity_controller.max_wheel_torque
+        velocity = configuration.velocity_controller
+        self._limit, step = velocity.max_wheel_torque, selected_velocity_law(velocity.control)[0].step
+        # the PI law has an analysis of its own
+        self._settling = None if velocity.control.controller_type == PI else compiled(make_settling(step), step)
         self.configured = configured_gains(configuration)
         trials = [scenario_trial(configuration, scenario, goal.laps, 0.0) for scenario in goal.scenarios]
         self._trials = [one._replace(form=one.form._replace(varies=goal.smooth > 0.0)) for one in trials]
@@ -221,7 +227,7 @@ class Objective:
         """Return whether the velocity loop is stable, or its gains are not searched."""
         shared = self._shared
         return not self._checks_velocity or velocity_is_stable(
-            gains.velocity, shared.robot, self._limit, shared.velocity_rate, shared.lockstep)
+            gains.velocity, shared.robot, self._limit, shared.velocity_rate, shared.lockstep, self._settling)
 
     def _with(self, several: Sequence[Gains]) -> VariedTrials:
         """Return the trials of controllers, those of each one a scenario."""

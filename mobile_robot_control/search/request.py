@@ -8,7 +8,8 @@ import numpy as np
 
 from mobile_robot_control.analysis.modelled import drive_of
 from mobile_robot_control.control.laws import LAWS
-from mobile_robot_control.control.velocity_laws import selected_velocity_law
+from mobile_robot_control.control.velocity_law import PI
+from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS, selected_velocity_law
 from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.loop.monte_carlo import LARGEST_SEED, ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.scenarios import Scenario, check_laps, configured_scenario, rubbed, scenario_grid
@@ -201,8 +202,11 @@ class Search:
         curves = {f"source of the curve '{one.curve}'": CURVES.checksum(one.curve)
                   for one in goal.scenarios if one.curve != PATH}
         waypoints = {'waypoints': sha256(repr(path.waypoints[:2]).encode()).hexdigest()[:16]} if path else {}
+        velocity = self.parameters.velocity_controller.control.controller_type
+        # journals of the PI law lack its name
+        sources = {} if velocity == PI else {f"source of the velocity law '{velocity}'": VELOCITY_LAWS.checksum(velocity)}
         return {'version': __version__, 'arithmetic': ARITHMETIC, **kept, **wanted, **loop,
-                f"source of the law '{law}'": LAWS.checksum(law), **curves, **waypoints}
+                f"source of the law '{law}'": LAWS.checksum(law), **sources, **curves, **waypoints}
 
     def tuned(self, gains: Gains) -> Configuration:
         """Return the loop with other gains, checked as a whole."""

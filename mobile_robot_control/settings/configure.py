@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.laws import BUILT_IN
+from mobile_robot_control.control.velocity_law import PI
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.parameters.declaration import ParameterError, build, declarations, nearest
 from mobile_robot_control.reference.cart import Placement
@@ -142,8 +143,12 @@ def configure(values: Mapping[str, Mapping[str, object]]) -> Configuration:
 
 
 def _unlike_drives(configuration: Configuration) -> Iterator[str]:
-    """Yield the motor parameters of the cart, which plans a path with them, that differ from the plant's."""
+    """Yield a velocity law of a base, which has none, and motor parameters of the cart that differ from the plant's."""
     cart, model = configuration.reference_cart, configuration.plant.model
+    law = configuration.velocity_controller.control.controller_type
+    if model.drive == VELOCITY and law != PI:
+        yield (f"velocity_controller.controller_type = '{law}' is of plant.drive = 'torque', and drive is 'velocity': "
+               'a base controls its velocity itself; leave it out, or change drive')
     if cart.curve.curve != PATH or model.drive == VELOCITY:
         return
     for group, ours, theirs in (('motor', cart.motor, model.motor), ('friction', cart.friction, model.friction)):
@@ -166,13 +171,14 @@ def at_cart_start(configuration: Configuration) -> Configuration:
 
 
 @lru_cache(maxsize=8)
-def _selected(laws: tuple[str, ...]) -> dict[str, str]:
-    """Return the selection of the only law, and print it, or the choice between several, once."""
+def _selected(node: str, laws: tuple[str, ...], default: str) -> dict[str, str]:
+    """Return the selection of the only law for a node, and print it, or the choice between several, once."""
+    kind = 'velocity law' if node == 'velocity_controller' else 'law'
     if len(laws) == 1:
-        print(f"the law '{laws[0]}' of --law is selected", file=sys.stderr)
+        print(f"the {kind} '{laws[0]}' of --{kind.replace(' ', '-')} is selected", file=sys.stderr)
         return {'controller_type': laws[0]}
-    print(f"the law '{BUILT_IN[0].name}' is selected, and none of {', '.join(laws)}; to choose one, add -p "
-          f'position_controller.controller_type:={laws[-1]}', file=sys.stderr)
+    print(f"the {kind} '{default}' is selected, and none of {', '.join(laws)}; to choose one, add -p "
+          f'{node}.controller_type:={laws[-1]}', file=sys.stderr)
     return {}
 
 
@@ -191,8 +197,8 @@ class ParameterSources(NamedTuple):
         ROS 2 parameter files; later ones win.
     overrides : tuple of (str or (str, object))
         Single parameters, which win over files: ``NODE.PARAMETER:=VALUE``, or name and value.
-    laws : tuple of str
-        Laws of the user's own; a single one is selected unless a source names another.
+    laws, velocity_laws : tuple of str
+        Laws of the user's own; a single one of a kind is selected unless a source names another.
 
     """
 
@@ -200,6 +206,7 @@ class ParameterSources(NamedTuple):
     files: tuple[str, ...] = ()
     overrides: tuple[Override, ...] = ()
     laws: tuple[str, ...] = ()
+    velocity_laws: tuple[str, ...] = ()
 
     def with_files(self, *files: File) -> 'ParameterSources':
         """Return the sources with further files, which win over earlier ones."""
@@ -212,7 +219,7 @@ class ParameterSources(NamedTuple):
     @property
     def are_given(self) -> bool:
         """Whether there is any source."""
-        return self._replace(laws=()) != ParameterSources()
+        return self._replace(laws=(), velocity_laws=()) != ParameterSources()
 
     def values(self, namespace: str = '/') -> Values:
         """
@@ -256,8 +263,10 @@ class ParameterSources(NamedTuple):
 
         """
         values = self.values(namespace)
-        if self.laws and 'controller_type' not in values['position_controller']:
-            values['position_controller'] |= _selected(self.laws)
+        for node, laws, default in (('position_controller', self.laws, BUILT_IN[0].name),
+                                    ('velocity_controller', self.velocity_laws, PI)):
+            if laws and 'controller_type' not in values[node]:
+                values[node] |= _selected(node, laws, default)
         # output that a law prints while it prepares its gains must not mix with the results
         with contextlib.redirect_stdout(sys.stderr):
             configuration = configure(values)

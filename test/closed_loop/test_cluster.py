@@ -58,7 +58,7 @@ def test_a_killed_worker_does_not_change_the_result(cluster, monkeypatch, regist
     from mobile_robot_control.loop.workers import Cluster
     monkeypatch.setattr(batch, 'COMPILES', False)
     # the workers have never seen the file of the law
-    load_plugins([str(KANAYAMA)], [])
+    load_plugins({'law': [str(KANAYAMA)]})
     address, workers = cluster
     parameters = configure({'reference_cart': {'period': 1.0, 'scale': 0.1}})
     genes = bounded(search_genes(law), {'gains.k1': (0.0, 2.0), 'k2': (0.0, 2.0)})

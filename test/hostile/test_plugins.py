@@ -147,5 +147,5 @@ def test_two_installed_laws_of_one_name_are_refused_with_both_origins(tmp_path):
 
 
 def test_what_is_no_record_is_refused_by_hand_too():
-    with pytest.raises(PluginError, match="'mine' is neither a law nor a curve; make a record Law"):
+    with pytest.raises(PluginError, match="'mine' is no law and no curve; make a record Law"):
         register('mine')

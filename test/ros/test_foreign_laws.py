@@ -27,7 +27,7 @@ FILE = """
 
 @pytest.fixture
 def my_kanayama(registered):
-    load_plugins([str(KANAYAMA)], [str(PLUGINS / 'ellipse.py')])
+    load_plugins({'law': [str(KANAYAMA)], 'curve': [str(PLUGINS / 'ellipse.py')]})
 
 
 def variant(folder, before):
@@ -113,7 +113,7 @@ def test_a_slow_law_goes_on_in_lockstep_and_a_failed_one_ends_the_experiment_at_
 
 
 def test_a_slow_step_on_the_wall_clock_stops_the_robot_until_a_law_is_selected(robot, tmp_path, registered):
-    load_plugins([str(variant(tmp_path, '    time.sleep(1.5 * (gains.b1 > 2.0))'))], [])
+    load_plugins({'law': [str(variant(tmp_path, '    time.sleep(1.5 * (gains.b1 > 2.0))'))]})
     states = []
     robot.recorder.create_subscription(
         DiagnosticArray, '/diagnostics', lambda array: states.extend(

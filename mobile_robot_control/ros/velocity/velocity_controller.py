@@ -126,11 +126,11 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         robot, limit = self.shared.robot, self.parameters.max_wheel_torque
         fed = command is not None and acceleration is not None
         age = min(inputs.age('cmd_vel'), self.position_period / 1e9) if fed else 0.0
-        asked = Asked(_ZERO if command is None else command, acceleration if fed else (), age)
+        request = Asked(_ZERO if command is None else command, acceleration if fed else (), age)
         begun = time.monotonic()
         try:
             self._law, torque = running_velocity_step(
-                self._law, asked, body_velocity(wheels, robot), applied,
+                self._law, request, body_velocity(wheels, robot), applied,
                 VelocityConstants(self._law.gains, limit, robot), dt)
         except LawFailedError as error:
             return self._stop(str(error), inputs.stamp)

@@ -250,7 +250,7 @@ def test_a_recording_ends_in_a_report_and_the_parameters_are_saved_for_every_nod
     page.choose('speed', '0.1')
     page.find('#save').click()
     page.wait(lambda: page.text('saved').startswith('parameters_'))
-    load_plugins([str(PLUGINS / 'kanayama.py')], [str(PLUGINS / 'ellipse.py')])
+    load_plugins({'law': [str(PLUGINS / 'kanayama.py')], 'curve': [str(PLUGINS / 'ellipse.py')]})
     assert load([live.folder / 'saved' / page.text('saved')]).keys() == set(NODES)
     page.find('#record').click()
     page.wait(lambda: page.driver.find_elements('css selector', '#recorded a'))

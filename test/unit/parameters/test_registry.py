@@ -71,7 +71,7 @@ def test_two_laws_of_one_name_from_different_files_are_refused_with_both_origins
     registered(MINE)
     file = written(tmp_path, LAW)
     with pytest.raises(PluginError, match=r'is defined in .* already; rename one of them') as refused:
-        load_plugins([file], [])
+        load_plugins({'law': [file]})
     assert file in str(refused.value)
     assert os.path.realpath(__file__) in str(refused.value)
     assert LAWS['mine'] is MINE
@@ -125,7 +125,7 @@ def field(*arguments):
 def test_a_file_that_cannot_be_loaded_is_named_with_its_reason(tmp_path, text, words):
     file = written(tmp_path, text)
     with pytest.raises(PluginError) as refused:
-        load_plugins([file], [])
+        load_plugins({'law': [file]})
     assert file in str(refused.value)
     assert words in str(refused.value)
     assert 'mine' not in LAWS
@@ -134,7 +134,7 @@ def test_a_file_that_cannot_be_loaded_is_named_with_its_reason(tmp_path, text, w
 def test_a_file_that_cannot_be_read_and_a_folder_without_one_are_refused(tmp_path):
     for file in ('nowhere.py', str(tmp_path)):
         with pytest.raises(PluginError, match=r'cannot be read|has no Python file'):
-            load_plugins([file], [])
+            load_plugins({'law': [file]})
 
 
 @pytest.mark.parametrize(('point', 'words'), [
@@ -160,7 +160,7 @@ def test_a_parameter_value_that_names_a_file_or_a_module_imports_nothing(tmp_pat
 
 
 def test_files_are_handed_on_to_other_processes(registered):
-    load_plugins([str(PLUGINS / 'kanayama.py')], [str(PLUGINS / 'ellipse.py')])
+    load_plugins({'law': [str(PLUGINS / 'kanayama.py')], 'curve': [str(PLUGINS / 'ellipse.py')]})
     assert plugin_environment() == {'MOBILE_ROBOT_CONTROL_LAWS': str(PLUGINS / 'kanayama.py'),
                                     'MOBILE_ROBOT_CONTROL_CURVES': str(PLUGINS / 'ellipse.py')}
     sources = plugin_sources()
@@ -190,9 +190,9 @@ def test_the_environment_names_files_and_what_fails_harms_nothing(tmp_path):
 
 
 def test_a_checksum_changes_with_the_source(tmp_path, registered):
-    load_plugins([written(tmp_path, LAW)], [])
+    load_plugins({'law': [written(tmp_path, LAW)]})
     before = LAWS.checksum('mine')
-    load_plugins([written(tmp_path, LAW.replace('gains.gain, 0.0', 'gains.gain, 1.0'))], [])
+    load_plugins({'law': [written(tmp_path, LAW.replace('gains.gain, 0.0', 'gains.gain, 1.0'))]})
     assert LAWS.checksum('mine') != before
 
 
