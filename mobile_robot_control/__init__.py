@@ -29,7 +29,8 @@ _HOMES = {
     'Observation': 'quantities', 'TrackingError': 'quantities', 'Reference': 'quantities', 'Pose': 'quantities',
     'BodyVelocity': 'quantities',
     # the registered laws and curves, by name
-    'LAWS': 'control.laws', 'VELOCITY_LAWS': 'control.velocity_laws', 'shipped': 'settings.law_sets', 'CURVES': 'reference.curves',
+    'LAWS': 'control.laws', 'VELOCITY_LAWS': 'control.velocity_laws', 'shipped': 'settings.law_sets',
+    'CURVES': 'reference.curves',
 }
 __all__ = ['__version__', *_HOMES]  # noqa: PLE0604 (texts)
 

@@ -143,7 +143,7 @@ def _run(options: argparse.Namespace) -> int:
     from mobile_robot_control.conformance.checks import records_of  # noqa: PLC0415
 
     laws, velocity_laws, curves = records_of(options.file)
-    names = [record.name for record in (*laws, *velocity_laws, *curves)]
+    names = [*(law.name for law in laws), *(law.name for law in velocity_laws), *(curve.name for curve in curves)]
     print(f'testing: checking {", ".join(names)}, for some seconds', file=sys.stderr)
     checks: list[Callable[[], Conformance]] = [
         *(partial(check_law, law, options.over_dds) for law in laws),

@@ -48,6 +48,10 @@ FORMS = {
     'velocity': {'plant.drive': 'velocity', 'plant.base.lag': [0.1, 0.15], 'plant.base.dead_time': [0.03, 0.02],
                  'plant.base.max_acceleration': [1.0, 4.0], 'plant.base.dead_zone': [0.01, 0.02]},
 }
+VELOCITY_FORMS = {law: {
+    'velocity_controller.controller_type': law, 'velocity_controller.max_wheel_torque': 0.3, 'plant.mass_factor': 1.2,
+    '/**.feedforward.enabled': True, '/**.reference_horizon': 1} for law in (
+        'computed_torque', 'torque_sliding_mode', 'adaptive')}
 TIMING = {f'reference_cart.timing.max_{name}': value for name, value in (
     ('linear_velocity', 0.5), ('angular_velocity', 1.5), ('linear_acceleration', 0.4), ('angular_acceleration', 3.0))}
 CURVES = ('trifolium', 'lemniscate', 'circle', 'lissajous', 'sinusoid', 'rounded_rectangle')
@@ -77,7 +81,8 @@ def flat(value):
 
 def loop(law, form, curve='trifolium'):
     return ParameterSources().with_values({
-        'position_controller.controller_type': law, 'reference_cart.curve': curve, **FORMS[form]}).configuration()
+        'position_controller.controller_type': law, 'reference_cart.curve': curve,
+        **(FORMS | VELOCITY_FORMS)[form]}).configuration()
 
 
 def functions():
@@ -102,6 +107,8 @@ def rollouts():
     for form in FORMS:
         for n, law in enumerate(LAWS):
             yield f'rollout {law}, {form}', partial(found, law, form, CURVES[n % len(CURVES)])
+    for form in VELOCITY_FORMS:
+        yield f'rollout kanayama, {form}', partial(found, 'kanayama', form, 'lissajous')
 
 
 def outcomes(compile_them):
@@ -115,6 +122,8 @@ def outcomes(compile_them):
     for form in FORMS:
         for law in LAWS:
             yield f'outcome {law}, {form}', partial(found, law, form)
+    for form in VELOCITY_FORMS:
+        yield f'outcome kanayama, {form}', partial(found, 'kanayama', form)
 
 
 def paths():

@@ -123,8 +123,25 @@ def lap_loop(configuration: Configuration) -> LapLoop:
         return ticked
 
     answer = _silent if steps.velocity is None else make_velocity_answer(steps.velocity, form)
-    return LapLoop(checked_tick, make_velocity_tick(steps.velocity, form), answer, robot_step(form.plant), loop,
+    tick = make_velocity_tick(steps.velocity, form)
+    held = selected_velocity_law(configuration.velocity_controller.control)[0].estimates
+    if held:
+        answer, tick = _holding(held, answer), _holding(held, tick)
+    return LapLoop(checked_tick, tick, answer, robot_step(form.plant), loop,
                    round(loop.position_dt / loop.robot.plant.dt))
+
+
+def _holding(estimates: Sequence[str], ticked: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a tick, or an answer, in which the estimates of a velocity law keep their values."""
+    def held(state: LoopState, k: int, loop: Loop) -> Any:
+        after, *others = ticked(state, k, loop)
+        kept = {name: getattr(state.velocity.law, name) for name in estimates}
+        if isinstance(after, LoopState):
+            velocity = after.velocity._replace(law=after.velocity.law._replace(**kept))
+            return after._replace(velocity=velocity), *others
+        return after._replace(**kept), *others
+
+    return held
 
 
 def _silent(*_: Any) -> Any:

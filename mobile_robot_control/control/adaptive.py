@@ -128,4 +128,5 @@ def joining(measured: BodyVelocity, _torque: WheelTorque, _gains: AdaptiveGains,
     return AdaptiveState(measured.linear, measured.angular)
 
 
-LAW = VelocityLaw('adaptive', step, AdaptiveGains, AdaptiveState(), joining)
+LAW = VelocityLaw('adaptive', step, AdaptiveGains, AdaptiveState(), joining,
+                  estimates=AdaptiveState._fields[2:])

@@ -94,6 +94,8 @@ class VelocityLaw(NamedTuple):
         The step with feedforward of the torques; None for `step`, which then reads the acceleration.
     reads_applied : bool
         Whether the step reads the torque that was applied.
+    estimates : tuple of str
+        Fields of the state that adapt while the robot drives; margins hold them.
 
     """
 
@@ -104,6 +106,7 @@ class VelocityLaw(NamedTuple):
     joining: Callable[[BodyVelocity, WheelTorque, Any, Robot], Any] | None = None
     fed: VelocityLawStep | None = None
     reads_applied: bool = False
+    estimates: tuple[str, ...] = ()
 
     @property
     def group(self) -> str:

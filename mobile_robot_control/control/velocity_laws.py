@@ -37,6 +37,9 @@ def velocity_law_violations(law: Any) -> Iterator[str]:
             yield f"a step of '{law.name}' is no function step(state, inputs, gains, robot, limit, dt)"
     if not hasattr(type(law.start), '_fields'):
         yield (f"'{law.name}': its start is {shortened(repr(law.start))}; write an instance of a NamedTuple of floats")
+    unknown = set(law.estimates) - set(getattr(law.start, '_fields', ()))
+    if unknown:
+        yield f"'{law.name}': its estimates {', '.join(sorted(unknown))} are no fields of its state"
     if law.joining is not None:
         try:
             inspect.signature(law.joining).bind('measured', 'torque', 'gains', 'robot')

@@ -3,7 +3,7 @@ The stability of the sampled velocity loop of any law, at a rate and with the de
 
 A law is a pure function, so it is linearised by differences through its own step, together with the plant, where a
 held command has settled. Only states between the measurement and the torque count: the free integrators of an adaptive
-law have a radius of exactly 1. A law without a derivative there, such as one that switches, must settle, too.
+law have a radius of exactly 1. A law that switches is smooth beside its jumps, and may chatter: it must settle, too.
 """
 
 import math
@@ -30,7 +30,9 @@ _STEP, _AGREEMENT = 1e-6, 1e-3
 _LINK = 1e-7
 """Slopes below are zero: those of free integrators, where a command has settled but for rounding."""
 _CHATTER = 0.02
-"""[m/s], [rad/s]: largest lasting oscillation of a law that has no derivative."""
+"""[m/s], [rad/s]: largest lasting oscillation."""
+_LASTING = 0.9
+"""Share of the swing before, above which it lasts."""
 _FASTEST = 1e3
 """[m/s], [rad/s]: a loop beyond has diverged."""
 _REST = WheelTorque(0.0, 0.0)
@@ -57,7 +59,11 @@ class LoopPoint(NamedTuple):
     second: WheelTorque = _REST
 
 
-class _Constants(NamedTuple):
+Settling = Callable[..., tuple[LoopPoint, float, float]]
+"""See `make_settling`."""
+
+
+class LoopConstants(NamedTuple):
     """Gains, nominal robot, limit of the torques [N m] and plant of a loop, and its delay in samples."""
 
     gains: Any
@@ -68,10 +74,10 @@ class _Constants(NamedTuple):
 
 
 @lru_cache(maxsize=32)
-def make_loop_step(law_step: VelocityLawStep) -> Callable[[LoopPoint, BodyVelocity, _Constants], LoopPoint]:
+def make_loop_step(law_step: VelocityLawStep) -> Callable[[LoopPoint, BodyVelocity, LoopConstants], LoopPoint]:
     """Make the step ``(point, command, constants) -> point`` of a law's loop over a period, plain or to be compiled."""
     @jitable
-    def loop_step(point: LoopPoint, command: BodyVelocity, constants: _Constants) -> LoopPoint:
+    def loop_step(point: LoopPoint, command: BodyVelocity, constants: LoopConstants) -> LoopPoint:
         gains, robot, limit, plant, delay = constants
         inputs = VelocityInputs(command, NO_ACCELERATION, point.velocity, point.applied)
         law, unlimited = law_step(point.law, inputs, gains, robot, limit, plant.dt)
@@ -94,35 +100,42 @@ def make_loop_step(law_step: VelocityLawStep) -> Callable[[LoopPoint, BodyVeloci
 
 
 @lru_cache(maxsize=32)
-def make_settling(law_step: VelocityLawStep) -> Callable[..., tuple[LoopPoint, float]]:
+def make_settling(law_step: VelocityLawStep) -> Settling:
     """
     Make the function that holds a command until a law's loop has settled, plain or to be compiled.
 
-    It is ``settling(point, command, constants, steps, watched) -> (point, swing)``: the swing of the velocities from
-    the watched step on [m/s], [rad/s]; infinite where they grow without bound.
+    It is ``settling(point, command, constants, steps, watched) -> (point, before, swing)``: how far the velocities
+    swing back and forth in the first and in the last half from the watched step on [m/s], [rad/s]; infinite where they
+    grow without bound.
     """
     loop_step = make_loop_step(law_step)
 
     def settling(
-        point: LoopPoint, command: BodyVelocity, constants: _Constants, steps: int, watched: int
-    ) -> tuple[LoopPoint, float]:
-        low = high = low_turn = high_turn = math.nan
+        point: LoopPoint, command: BodyVelocity, constants: LoopConstants, steps: int, watched: int
+    ) -> tuple[LoopPoint, float, float]:
+        low = high = low_turn = high_turn = rise = fall = rise_turn = fall_turn = before = 0.0
+        half = watched + (steps - watched) // 2
         for n in range(steps):
             point = loop_step(point, command, constants)
             v, omega = point.velocity
             if not (abs(v) < _FASTEST and abs(omega) < _FASTEST):
-                return point, math.inf
-            if n == watched:
-                low = high = v
-                low_turn = high_turn = omega
-            elif n > watched:
-                low, high, low_turn, high_turn = min(low, v), max(high, v), min(low_turn, omega), max(high_turn, omega)
-        return point, max(high - low, high_turn - low_turn)
+                return point, math.inf, math.inf
+            if n in (watched, half):
+                before = max(min(rise, fall), min(rise_turn, fall_turn))
+                low, high, low_turn, high_turn = v, v, omega, omega
+                rise, fall, rise_turn, fall_turn = 0.0, 0.0, 0.0, 0.0
+            low, high, low_turn, high_turn = min(low, v), max(high, v), min(low_turn, omega), max(high_turn, omega)
+            rise, fall = max(rise, v - low), max(fall, high - v)
+            rise_turn, fall_turn = max(rise_turn, omega - low_turn), max(fall_turn, high_turn - omega)
+        # a velocity that still approaches its command rises or falls, but not both
+        return point, before, max(min(rise, fall), min(rise_turn, fall_turn))
 
     return settling
 
 
-def _matrix(law: VelocityLaw, at: LoopPoint, command: BodyVelocity, constants: _Constants) -> list[list[float]] | None:
+def loop_matrix(
+    law: VelocityLaw, at: LoopPoint, command: BodyVelocity, constants: LoopConstants
+) -> list[list[float]] | None:
     """Return the derivative of a step, by rows, of the states between measurement and torque; None without one."""
     step, numbers = make_loop_step(law.step), flat(at)
     point_of, count = reader(shape_of(at)), len(numbers)
@@ -179,24 +192,26 @@ def characteristic(matrix: Sequence[Sequence[float]]) -> list[float]:
 
 
 def _fault_at(
-    law: VelocityLaw, command: BodyVelocity, constants: _Constants, settling: Callable[..., tuple[LoopPoint, float]]
+    law: VelocityLaw, command: BodyVelocity, constants: LoopConstants, settling: Settling
 ) -> str:
     """Return why a loop is unstable at a held command; '' if it is stable."""
     where, dt = f'at a command of {command.linear:g} m/s, {command.angular:g} rad/s', constants.plant.dt
-    point, swing = settling(LoopPoint(BodyVelocity(0.0, 0.0), law.start), command, constants,
+    point, before, swing = settling(LoopPoint(BodyVelocity(0.0, 0.0), law.start), command, constants,
                             round((_SETTLES + _OBSERVED) / dt), round(_SETTLES / dt))
     if not math.isfinite(swing):
         return f'the velocity grows without bound {where}'
-    matrix = _matrix(law, point, command, constants)
-    if matrix is not None:
-        return '' if roots_inside(characteristic(matrix), 1.0) else f'the linearised loop is unstable {where}'
-    return f'the velocity swings by {swing:.2g} for ever {where}' if swing > _CHATTER else ''
+    matrix = loop_matrix(law, point, command, constants)
+    if matrix is not None and not roots_inside(characteristic(matrix), 1.0):
+        return f'the linearised loop is unstable {where}'
+    if swing > _CHATTER and swing > _LASTING * before:
+        return f'the velocity swings by {swing:.2g} for ever {where}'
+    return ''
 
 
 @lru_cache(maxsize=64)
 def instability_of(
     law: VelocityLaw, gains: Any, robot: Robot, limit: float, rate: float, lockstep: bool,
-    settling: Callable[..., tuple[LoopPoint, float]] | None = None,
+    settling: Settling | None = None,
 ) -> str:
     """
     Explain why the sampled loop of a velocity law is unstable; '' if it is stable.
@@ -221,7 +236,7 @@ def instability_of(
     plant = discretise(robot, 1.0 / rate)
     clock = 'in lockstep' if lockstep else 'with one and two samples of delay, as on the wall clock'
     for delay in (0,) if lockstep else (1, 2):
-        constants = _Constants(gains, robot, limit, plant, delay)
+        constants = LoopConstants(gains, robot, limit, plant, delay)
         for command in HELD:
             try:
                 fault = _fault_at(law, command, constants, settling or make_settling(law.step))

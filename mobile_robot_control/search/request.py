@@ -204,7 +204,8 @@ class Search:
         waypoints = {'waypoints': sha256(repr(path.waypoints[:2]).encode()).hexdigest()[:16]} if path else {}
         velocity = self.parameters.velocity_controller.control.controller_type
         # journals of the PI law lack its name
-        sources = {} if velocity == PI else {f"source of the velocity law '{velocity}'": VELOCITY_LAWS.checksum(velocity)}
+        sources = {} if velocity == PI else {
+            f"source of the velocity law '{velocity}'": VELOCITY_LAWS.checksum(velocity)}
         return {'version': __version__, 'arithmetic': ARITHMETIC, **kept, **wanted, **loop,
                 f"source of the law '{law}'": LAWS.checksum(law), **sources, **curves, **waypoints}
 
