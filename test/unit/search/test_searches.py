@@ -55,7 +55,7 @@ def test_a_search_finds_what_the_command_finds_and_is_simulated_saved_reported_a
 @pytest.mark.parametrize('law', LAWS)
 def test_a_first_look_finds_better_gains_than_the_configured_ones_for_every_law(law):
     found = mrc.tune(law, seed=3, parameters=SMALL, generations=2, population=10, workers=1, laps=0.4)
-    assert found.better.found < found.better.configured
+    assert found.better.searched < found.better.configured
     default, control = mrc.configure({}).position_controller.control, found.configuration.position_controller.control
     assert control.controller_type == law
     group, = {name.split('.')[1] for name in found.parameters if name.count('.') > 1 and 'gains' not in name}
