@@ -41,7 +41,7 @@ def scope_of(nodeid):
     together = [folder for folder in TOGETHER if file.startswith(folder)]
     if together:
         return together[0]
-    return nodeid if file.startswith(('test/ros/', 'test/adversary/', 'test/examples/')) else file
+    return nodeid if file.startswith(('test/ros/', 'test/hostile/', 'test/examples/')) else file
 
 
 # without xdist pytest does not know it
@@ -110,6 +110,26 @@ def domain(monkeypatch, tmp_path_factory):
         yield
 
 
+@pytest.fixture
+def robot(domain, tmp_path):
+    """One robot, whose nodes the test starts."""
+    from helpers.harness import Robots
+
+    robots = Robots(tmp_path)
+    yield robots
+    robots.close()
+
+
+@pytest.fixture
+def bare_domain(domain, monkeypatch):
+    """A ROS domain on this machine, in which nodes and commands start without any Fast DDS settings."""
+    from mobile_robot_control.experiment.node_processes import PROFILES_VARIABLES
+
+    for name in PROFILES_VARIABLES:
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+
+
 @pytest.fixture(scope='session')
 def browser(tmp_path_factory):
     """A headless Chromium, one for all tests of a process."""
@@ -127,3 +147,32 @@ def registered():
     for kind, registry in REGISTRIES.items():
         for name in set(registry) - before[kind]:
             registry.remove(name)
+
+
+@pytest.fixture(autouse=True)
+def signal_handlers():
+    """Restore the handlers of signals that the parser of `experiment` installs for the rest of a process."""
+    before = {number: signal.getsignal(number) for number in (
+        signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """A report draws one figure of each kind."""
+    from mobile_robot_control.report import report_writing
+
+    for figures in ('RUN_FIGURES', 'TIMING_FIGURES'):
+        monkeypatch.setattr(report_writing, figures, getattr(report_writing, figures)[:1])
+
+
+@pytest.fixture
+def plain(monkeypatch, quick):
+    """A search or a study compiles and draws nothing."""
+    from mobile_robot_control.figures import drawing
+    from mobile_robot_control.loop import batch
+
+    monkeypatch.setattr(batch, 'COMPILES', False)
+    monkeypatch.setattr(drawing, 'draw_and_save', lambda *_: '')

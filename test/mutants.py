@@ -38,7 +38,7 @@ PARTS = {
     'reference': (('reference',), ('reference',)),
     'loop': (('loop', 'runs/metrics.py', 'runs/rollout.py'), ('loop', 'runs/test_metrics.py')),
     'stamp policies': (('ros/shared/stamp_policy.py', 'ros/shared/lockstep.py'),
-                       ('ros/test_stamp_policy.py', 'ros/test_lockstep_driver.py')),
+                       ('ros/shared/test_stamp_policy.py', 'ros/shared/test_lockstep.py')),
 }
 """Of each part: its folders and files in the package, and those of its tests in test/unit."""
 DECLARATIONS = 'test/lint/test_docs.py::test_the_table_of_all_parameters_is_present'

@@ -8,9 +8,11 @@ from helpers import chapter
 from scipy.integrate import solve_ivp
 
 from mobile_robot_control.control import velocity_pi
+from mobile_robot_control.control.compensation import inverse_dynamics
 from mobile_robot_control.control.velocity_pi import (
     VelocityGains,
     VelocityPiState,
+    fed_step,
     instability,
     slowest_stable_rate,
     spectral_radius,
@@ -18,7 +20,7 @@ from mobile_robot_control.control.velocity_pi import (
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.quantities import BodyVelocity, Pose
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose
 
 ROBOT = Robot()
 GAINS = VelocityGains(k1=2.0, ti1=4.0, k2=0.5, ti2=0.8)
@@ -141,3 +143,13 @@ def test_constants_that_no_robot_has_are_named_and_no_rate_beyond_what_is_allowe
 @pytest.mark.parametrize('name', ['k1', 'k2'])
 def test_absurd_gains_are_unstable_rather_than_an_overflow(name, gain):
     assert instability(VelocityGains()._replace(**{name: gain}), ROBOT, 500.0, lockstep=False)
+
+
+def test_torques_of_the_motion_alone_are_fed_forward_and_limits_do_not_wind_the_integral_up():
+    command, acceleration, age = BodyVelocity(0.4, -0.2), BodyAcceleration(0.3, 0.5), 0.008
+    present = BodyVelocity(0.4 + 0.3 * age, -0.2 + 0.5 * age)
+    own = inverse_dynamics(present, acceleration, Robot())
+    for asked, when, limit, torque in ((acceleration, age, 0.0, own), (BodyAcceleration(1e2, 0.0), 0.0, 2.0, (2, 2))):
+        measured = present if limit == 0.0 else command
+        found = fed_step(VelocityPiState(), command, asked, when, measured, VelocityGains(), Robot(), limit, 0.002)
+        assert found == (VelocityPiState(), torque)

@@ -2,14 +2,19 @@
 
 import itertools
 import math
+import os
+import subprocess
+import sys
+from pathlib import Path
 from random import Random
 
+import bits
 import pytest
 
 from mobile_robot_control import elementary
 
+BITS = Path(bits.__file__)
 mpmath = pytest.importorskip('mpmath')
-
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, -2.0, 3.0, 2.5, math.inf, -math.inf, math.nan, 5e-324, -5e-324, 1e-310, 1.7e308,
            -1.7e308, 1e300, 1e-300, 2.0**53, -(2.0**53 + 2.0), 709.9, -745.5]
 FAR = 1e5
@@ -163,3 +168,32 @@ def test_normal_numbers_have_mean_0_and_deviation_1():
     values = [elementary.normal(1.0 - draw.random(), draw.random()) for _ in range(4000)]
     assert sum(values) / 4000.0 == pytest.approx(0.0, abs=0.05)
     assert sum(value * value for value in values) / 4000.0 == pytest.approx(1.0, abs=0.07)
+
+
+def run(*words, **environment):
+    return subprocess.run([sys.executable, BITS, *words], check=False, capture_output=True, text=True,
+                          env={**os.environ, **environment})
+
+
+@pytest.mark.parametrize('environment', [{}, bits.WITHOUT_FMA], ids=['here', 'without FMA'])
+def test_a_drawn_sample_has_the_bits_of_the_repository(environment, tmp_path):
+    # a rollout takes ten seconds to compile
+    words = ['functions', 'paths', 'outcome outside_powered, motors'] if environment else ['--plain']
+    done = run('--drawn', *words, **environment, **({'NUMBA_CACHE_DIR': str(tmp_path)} if environment else {}))
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.usefixtures('registered')
+def test_another_checksum_is_told(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(bits, 'STORED', tmp_path / 'bits.txt')
+    (tmp_path / 'bits.txt').write_text('00000000 elementary.exp\n')
+    assert bits.compare(['--drawn', '--plain', 'functions']) == 1
+    assert 'nothing in bits.txt' in capsys.readouterr().out
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(7200)
+def test_all_of_them_are_equal_everywhere():
+    done = run('--everywhere')
+    print(done.stdout)
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -11,7 +11,7 @@ from mobile_robot_control.model.drivetrain import discretise_drivetrain, has_ide
 from mobile_robot_control.model.dynamics import PlantState, at_rest
 from mobile_robot_control.model.friction import Directions, Friction, released
 from mobile_robot_control.model.kinematics import body_velocity, wheel_velocity
-from mobile_robot_control.model.motors import Delay, Motor, MotorState, empty_line, motors_at_rest
+from mobile_robot_control.model.motors import Delay, Motor, MotorState, delayed, empty_line, motors_at_rest
 from mobile_robot_control.model.plant import Imperfections, actuated_step
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.model.wheels import Forcing
@@ -132,3 +132,13 @@ def test_a_wheel_that_stands_beside_one_that_turns_has_no_speed_at_all(side):
         end, _, _ = motorised_step(start, motors_at_rest(), NONE, NONE, drive)
         assert getattr(wheel_velocity(end.velocity, ROBOT), side) == 0.0
         assert end.velocity != BodyVelocity(0.0, 0.0)
+
+
+@pytest.mark.parametrize('steps', [0, 1, 3])
+def test_torques_are_applied_late_by_the_delay(steps):
+    line, acting, asked = empty_line(Delay(steps)), [], [WheelTorque(float(k), -float(k)) for k in range(1, 7)]
+    for one in asked:
+        line, torque = delayed(line, one)
+        acting.append(torque)
+        assert len(line) == steps
+    assert acting == ([WheelTorque(0.0, 0.0)] * steps + asked)[:6]

@@ -5,11 +5,9 @@ import math
 import numpy as np
 import pytest
 from helpers.measuring import configuration, measured
-from PIL import Image
 
 from mobile_robot_control.figures.drawing import draw
 from mobile_robot_control.figures.figure import Line, broken_at_jumps, thinned
-from mobile_robot_control.report import animation
 from mobile_robot_control.report.report_writing import (
     TIMING_FIGURES,
     intervals,
@@ -124,19 +122,3 @@ def test_the_wait_at_stamp_0_is_in_the_table_and_not_in_the_figure_of_intervals(
     assert moving.value == pytest.approx(10.0, rel=1e-3)
     for axes in draw(TIMING_FIGURES[0].of_runs([_named('run', run)])).axes:
         assert axes.get_ylim()[1] < 20.0
-
-
-def test_an_animation_has_its_frames_stays_small_and_has_bars_of_torques_only_where_they_are_known(
-        series, tmp_path, monkeypatch):
-    figures, made = [], animation.Figure
-    monkeypatch.setattr(animation, 'Figure', lambda **options: figures.append(made(**options)) or figures[-1])
-    alone = Series({topic: series.signals[topic] for topic in ('odom', 'reference')})
-    for run, name in ((series, 'run.webp'), (alone, 'alone.gif')):
-        animation.animate(run, tmp_path / name, frames=4)
-        with Image.open(tmp_path / name) as picture:
-            assert picture.n_frames == 4
-            assert picture.width > 400
-        assert (tmp_path / name).stat().st_size < 200_000
-    assert [len(figure.axes) for figure in figures] == [2, 1]
-    with pytest.raises(ValueError, match='without odometry'):
-        animation.animate(Series({}), tmp_path / 'none.gif')
