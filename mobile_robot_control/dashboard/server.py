@@ -282,10 +282,10 @@ class PageServer:
         with contextlib.suppress(Exception):  # its nodes may be gone, too
             await self._served.actions.teaching.end(session)
 
-    async def _take(self, session: _Session, text: str) -> None:
+    async def _take(self, session: _Session, message: str) -> None:
         """Handle any message of a page."""
         try:
-            request = json.loads(text)
+            request = json.loads(message)
         except (ValueError, RecursionError):
             request = None
         request = request if isinstance(request, dict) else {}
@@ -358,10 +358,10 @@ class PageServer:
         if any(session.topics for session in sessions):
             texts['topics'] = await self._text(link.topic_table)
         for session in sessions:
-            for name, text in texts.items():
-                if session.told.get(name) != text and (name != 'topics' or session.topics):
-                    session.told[name] = text
-                    session.send(name, text)
+            for name, content in texts.items():
+                if session.told.get(name) != content and (name != 'topics' or session.topics):
+                    session.told[name] = content
+                    session.send(name, content)
 
     async def _text(self, look: Callable[[], Any]) -> str:
         """Return the result of a function in the link's thread as JSON."""
