@@ -50,8 +50,8 @@ class Benchmarked(NamedTuple):
     @property
     def results(self) -> list[dict[str, Any]]:
         """A row for each law, track, kind of gains, seed and budget: success, numbers and values of the gains."""
-        found: list[dict[str, Any]] = self.values['results']
-        return found
+        rows: list[dict[str, Any]] = self.values['results']
+        return rows
 
     @property
     def hash(self) -> str:
@@ -79,16 +79,16 @@ class Benchmarked(NamedTuple):
     @property
     def ranks(self) -> list[dict[str, Any]]:
         """A row for each track, budget and law over all seeds, the best law of a track first."""
-        found: list[dict[str, Any]] = self.values['ranks']
-        return found
+        rows: list[dict[str, Any]] = self.values['ranks']
+        return rows
 
 
-def benchmarked(asked: Benchmark, done: Done, command_line: str) -> Benchmarked:
+def benchmarked(benchmark: Benchmark, done: Done, command_line: str) -> Benchmarked:
     """Return the result of what is done of a benchmark."""
-    return Benchmarked(benchmark_values(asked, done), provenance(command_line, None), asked, done)
+    return Benchmarked(benchmark_values(benchmark, done), provenance(command_line, None), benchmark, done)
 
 
-def write_benchmark(made: Benchmarked, folder: Path, seconds: float | None = None) -> Path:
+def write_benchmark(benchmarked: Benchmarked, folder: Path, seconds: float | None = None) -> Path:
     """
     Write the page of a benchmark with its picture, and its numbers as JSON, CSV and LaTeX, into a folder.
 
@@ -102,18 +102,18 @@ def write_benchmark(made: Benchmarked, folder: Path, seconds: float | None = Non
 
     folder.mkdir(parents=True, exist_ok=True)
     paths: dict[str, dict[str, DrivenPath | None]] = {}
-    for cell, result in made.done:
+    for cell, result in benchmarked.done:
         if not cell.feedforward:
             paths.setdefault(cell.track.name, {}).setdefault(cell.law, result.path)
-    beside = {'seconds': seconds, 'provenance': made.provenance}
-    write_atomically(folder / 'benchmark.json', json.dumps({**made.values, **beside}, indent=1) + '\n')
-    write_atomically(folder / 'benchmark.csv', benchmark_table(made.values))
-    write_atomically(folder / 'benchmark_runs.csv', runs_table(made.done))
-    write_judged_table(folder / NAME, judged_table(made.done, made.hash, made.asked.table))
-    write_atomically(folder / 'benchmark.tex', latex_table(made.values))
-    figure = ratios_figure(made.values)
+    beside = {'seconds': seconds, 'provenance': benchmarked.provenance}
+    write_atomically(folder / 'benchmark.json', json.dumps({**benchmarked.values, **beside}, indent=1) + '\n')
+    write_atomically(folder / 'benchmark.csv', benchmark_table(benchmarked.values))
+    write_atomically(folder / 'benchmark_runs.csv', runs_table(benchmarked.done))
+    write_judged_table(folder / NAME, judged_table(benchmarked.done, benchmarked.hash, benchmarked.asked.table))
+    write_atomically(folder / 'benchmark.tex', latex_table(benchmarked.values))
+    figure = ratios_figure(benchmarked.values)
     svg = save_picture(figure, folder / 'benchmark.pdf') if figure else ''
-    write_benchmark_page(folder / 'benchmark.html', made.values, paths, svg, made.provenance)
+    write_benchmark_page(folder / 'benchmark.html', benchmarked.values, paths, svg, benchmarked.provenance)
     return folder / 'benchmark.html'
 
 

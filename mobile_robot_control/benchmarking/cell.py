@@ -12,7 +12,7 @@ from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_sce
 from mobile_robot_control.loop.scenarios import Scenario, configured_scenario
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.search.stages import WIDENINGS, Plan
+from mobile_robot_control.search.stages import WIDENINGS, StagePlan
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.settings.tracks import Track
@@ -81,10 +81,10 @@ class Cell(NamedTuple):
         return self._with_horizon().with_values({'position_controller.controller_type': self.law})
 
     def _with_horizon(self) -> ParameterSources:
-        given, horizon = self.track.sources(self.more), LAWS[self.law].horizon
-        if horizon and horizon > given.configuration().plant.shared.reference_horizon:
-            given = given.with_values({'/**.reference_horizon': horizon})
-        return given
+        sources, horizon = self.track.sources(self.more), LAWS[self.law].horizon
+        if horizon and horizon > sources.configuration().plant.shared.reference_horizon:
+            sources = sources.with_values({'/**.reference_horizon': horizon})
+        return sources
 
     def refused_horizon(self) -> str:
         """Return why the track does not give the horizon that the law declares; '' if it does."""
@@ -97,7 +97,7 @@ class Cell(NamedTuple):
     @property
     def rollouts(self) -> int:
         """How many rollouts it has at most."""
-        searches = Plan(WIDENINGS, self.restarts).searches * sum(self.budgets)
+        searches = StagePlan(WIDENINGS, self.restarts).searches * sum(self.budgets)
         return searches * self.training + self.runs * max(1, len(self.budgets)) + self.runs * self.is_compared
 
     @property
@@ -107,11 +107,11 @@ class Cell(NamedTuple):
 
     def drawn(self, use: str, configuration: Configuration, count: int) -> list[Scenario]:
         """Draw scenarios for a use, 'training' or 'judging', whose seeds have nothing in common; of all laws alike."""
-        nominal, asked = configured_scenario(configuration), self.track.parameters
-        low, high = asked.delays or (nominal.delay, nominal.delay)
-        spread = ScenarioDistribution(asked.curves, asked.scales, asked.within or 1.0, asked.variation, nominal.noise,
+        nominal, track = configured_scenario(configuration), self.track.parameters
+        low, high = track.delays or (nominal.delay, nominal.delay)
+        spread = ScenarioDistribution(track.curves, track.scales, track.within or 1.0, track.variation, nominal.noise,
                                       high - low)
-        return [scenario._replace(start=_scaled(scenario.start, asked.within, asked.turned),
+        return [scenario._replace(start=_scaled(scenario.start, track.within, track.turned),
                                   delay=low + scenario.delay)
                 for scenario in draw_scenarios(spread, count, self.seed_of(use))]
 

@@ -169,19 +169,19 @@ def as_json(result: CellResult) -> dict[str, Any]:
     """Return a result as the content of its file."""
     return {
         'results': [{
-            'budget': one.budget, **(one.search._asdict() if one.search else {}),
-            **({'gains': one.gains, **_columns_as_json(one.judged)} if one.judged else {}), 'reason': one.reason}
-            for one in result.results],
+            'budget': each.budget, **(each.search._asdict() if each.search else {}),
+            **({'gains': each.gains, **_columns_as_json(each.judged)} if each.judged else {}), 'reason': each.reason}
+            for each in result.results],
         'configured': _columns_as_json(result.configured) if result.configured else None,
         'step_time': result.step_time, 'drawn': result.path._asdict() if result.path else None}
 
 
 def _of_json(content: Mapping[str, Any]) -> CellResult:
     return CellResult(
-        [BudgetResult(one['budget'], one['reason'],
-                      SearchEnd(*(one[name] for name in SearchEnd._fields)) if 'score' in one else None,
-                      one.get('gains', {}), _columns_of_json(one) if 'success' in one else None)
-         for one in content['results']],
+        [BudgetResult(result['budget'], result['reason'],
+                      SearchEnd(*(result[name] for name in SearchEnd._fields)) if 'score' in result else None,
+                      result.get('gains', {}), _columns_of_json(result) if 'success' in result else None)
+         for result in content['results']],
         _columns_of_json(content['configured']) if content['configured'] else None,
         content['step_time'], DrivenPath(**content['drawn']) if content['drawn'] else None)
 

@@ -73,9 +73,9 @@ def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, comma
               file=sys.stderr)
     if not done:
         return 1
-    made = benchmarked(benchmark, done, command_line)
-    page = write_benchmark(made, folder, time.monotonic() - begun)
-    print(*summary_lines(made.values), sep='\n')
+    result = benchmarked(benchmark, done, command_line)
+    page = write_benchmark(result, folder, time.monotonic() - begun)
+    print(*summary_lines(result.values), sep='\n')
     print(f'page: {printable(str(page.resolve()))}')
     return int(interrupted)
 

@@ -71,15 +71,15 @@ class JudgedTable(NamedTuple):
 
     def judged(self, track: str, budget: int) -> dict[str, dict[int, JudgedRuns]]:
         """Return the judged runs of a track, without feedforward, by law and seed; a law not searched has none."""
-        found: dict[str, dict[int, JudgedRuns]] = {}
-        for one in self.results:
-            if (one['track'], one['budget']) == (track, budget) and one['gains'] != FED:
-                own = found.setdefault(one['law'], {})
-                if one['success'] is not None:
-                    rms = np.array([math.inf if value is None else value for value in one['rms']])
-                    own[one['seed']] = JudgedRuns(np.array(one['success'], bool), {RANKED: rms},
-                                                  np.full(self.runs, ''))
-        return found
+        by_law: dict[str, dict[int, JudgedRuns]] = {}
+        for result in self.results:
+            if (result['track'], result['budget']) == (track, budget) and result['gains'] != FED:
+                own = by_law.setdefault(result['law'], {})
+                if result['success'] is not None:
+                    rms = np.array([math.inf if value is None else value for value in result['rms']])
+                    own[result['seed']] = JudgedRuns(np.array(result['success'], bool), {RANKED: rms},
+                                                     np.full(self.runs, ''))
+        return by_law
 
 
 def content_digits(track: Track, more: ParameterSources) -> str:
@@ -133,8 +133,8 @@ def judged_table(done: Done, digits: str, earlier: JudgedTable | None = None) ->
 
 def write_judged_table(file: Path, table: JudgedTable) -> None:
     """Write judged runs; the same runs give the same bytes."""
-    text = json.dumps(table._asdict(), separators=(',', ':'))
-    write_atomically(file, gzip.compress(text.encode(), mtime=0))
+    content = json.dumps(table._asdict(), separators=(',', ':'))
+    write_atomically(file, gzip.compress(content.encode(), mtime=0))
 
 
 def read_judged_table(file: Path) -> JudgedTable:
@@ -148,10 +148,10 @@ def read_judged_table(file: Path) -> JudgedTable:
     """
     try:
         with gzip.open(io.BytesIO(read_bounded(file, _PACKED))) as opened:
-            text = opened.read(_UNPACKED + 1)
-        if len(text) > _UNPACKED:
+            unpacked = opened.read(_UNPACKED + 1)
+        if len(unpacked) > _UNPACKED:
             raise ValueError(f'more than {_UNPACKED} bytes unpacked')
-        content = parse_json(text)
+        content = parse_json(unpacked)
         table = JudgedTable(**{**content, 'budgets': tuple(content['budgets'])})
         if table.arithmetic == ARITHMETIC:
             _check(table)
@@ -168,33 +168,34 @@ def _check(table: JudgedTable) -> None:
     """Raise an error unless all values are what they should be."""
     texts = [table.hash, *(track[name] for track in table.tracks.values() for name in ('content', 'objective'))]
     numbers = [*table.horizons.values(), *(seed for track in table.tracks.values() for seed in track['seeds'])]
-    if not (all(isinstance(one, str) for one in texts) and all(isinstance(one, int) for one in numbers)):
+    if not (all(isinstance(text, str) for text in texts) and all(isinstance(number, int) for number in numbers)):
         raise TypeError('hash, a track or a horizon is not as it should be')
-    for one in table.results:
-        name, runs = one['law'], table.runs
-        if not (name.isprintable() and one['track'] in table.tracks and one['gains'] in (SEARCHED, CONFIGURED, FED)
-                and one['seed'] in table.tracks[one['track']]['seeds']
-                and one['budget'] in (table.budgets or (0,))):
+    for result in table.results:
+        name, runs = result['law'], table.runs
+        if not (name.isprintable() and result['track'] in table.tracks
+                and result['gains'] in (SEARCHED, CONFIGURED, FED)
+                and result['seed'] in table.tracks[result['track']]['seeds']
+                and result['budget'] in (table.budgets or (0,))):
             raise ValueError('a result is of a track, a seed or a budget that the table lacks')
-        if one['success'] is None:
+        if result['success'] is None:
             continue
-        rms = np.array(one['rms'], float)
-        if not len(one['success']) == len(rms) == runs or not {*one['success']} <= {0, 1} or np.any(rms < 0.0):
+        rms = np.array(result['rms'], float)
+        if not len(result['success']) == len(rms) == runs or not {*result['success']} <= {0, 1} or np.any(rms < 0.0):
             raise ValueError(f'a result has not {runs} runs with success and error')
 
 
 def csv_text(columns: Sequence[str], rows: Iterator[Sequence[Any]]) -> str:
     """Return a table as CSV."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator='\n')
     writer.writerow(columns)
     writer.writerows(rows)
-    return text.getvalue()
+    return table.getvalue()
 
 
 def runs_table(done: Done) -> str:
     """Return `benchmark_runs.csv`: a row for each judged run, with its scenario; empty where not known."""
-    drawn: dict[Any, Any] = {}
+    scenarios: dict[Any, Any] = {}
 
     def rows() -> Iterator[Sequence[Any]]:
         for cell, cell_result in done:
@@ -205,10 +206,10 @@ def runs_table(done: Done) -> str:
             if not tried:
                 continue
             key = cell.track.name, cell.seed, cell.feedforward
-            if key not in drawn:
-                drawn[key] = cell.drawn('judging', cell.configuration(), cell.runs)
+            if key not in scenarios:
+                scenarios[key] = cell.drawn('judging', cell.configuration(), cell.runs)
             for gains, budget, judged in tried:
-                for n, scenario in enumerate(drawn[key]):
+                for n, scenario in enumerate(scenarios[key]):
                     yield (cell.track.name, cell.law, gains, cell.seed, budget, n + 1, scenario.curve,
                            scenario.scale, *scenario.start, scenario.mass, scenario.friction, scenario.delay,
                            scenario.noise.seed, int(judged.success[n]), judged.outcome[n],

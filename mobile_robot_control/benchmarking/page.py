@@ -93,14 +93,14 @@ def _other(row: Mapping[str, Any], kind: str) -> str:
 def _summary(values: Mapping[str, Any]) -> str:
     """Return the table of laws over all tracks."""
     rows = []
-    for one in last_summary(values):
-        ratio, success = one['largest_ratio'], one['least_success']
-        rows.append([page.breakable(law_text(values, one['law'])), _cell(place_text(one), one['place']),
-                     _cell(f'{one["unbeaten"]} of {one["tracks"]}', one['unbeaten']),
-                     _cell(f'{one["wins"]} of {one["comparisons"]}', one['wins']), str(one['losses']),
-                     '–' if ratio is None else _cell(f'{ratio:.2f}, {one["largest_on"]}', ratio),
-                     '–' if success is None else _cell(f'{100.0 * success:.1f} %, {one["least_on"]}', success),
-                     ', '.join(map(page.breakable, [*one['failed'], *one['not_searched']]))])
+    for row in last_summary(values):
+        ratio, success = row['largest_ratio'], row['least_success']
+        rows.append([page.breakable(law_text(values, row['law'])), _cell(place_text(row), row['place']),
+                     _cell(f'{row["unbeaten"]} of {row["tracks"]}', row['unbeaten']),
+                     _cell(f'{row["wins"]} of {row["comparisons"]}', row['wins']), str(row['losses']),
+                     '–' if ratio is None else _cell(f'{ratio:.2f}, {row["largest_on"]}', ratio),
+                     '–' if success is None else _cell(f'{100.0 * success:.1f} %, {row["least_on"]}', success),
+                     ', '.join(map(page.breakable, [*row['failed'], *row['not_searched']]))])
     return _table(['law', 'place', 'unbeaten on', 'better', 'worse', 'largest error to the best', 'least success',
                    'fails or not searched on'], rows)
 
@@ -179,10 +179,10 @@ def _published(values: Mapping[str, Any]) -> str:
     """Return the numbers of publications beside ours, as HTML."""
     parts = []
     for name, track in values['tracks'].items():
-        rows = [[page.breakable(one['law']), escape(', '.join(f'{gain} = {value}' for gain, value in
-                                                             one['gains'].items())), page.breakable(metric),
-                 quantity(value, METRIC_TABLE[metric].unit), quantity(one['ours'][metric], METRIC_TABLE[metric].unit)]
-                for one in track['published'] for metric, value in one['published'].items()]
+        rows = [[page.breakable(entry['law']), escape(', '.join(f'{gain} = {value}' for gain, value in
+                                                             entry['gains'].items())), page.breakable(metric),
+                 quantity(value, METRIC_TABLE[metric].unit), quantity(entry['ours'][metric], METRIC_TABLE[metric].unit)]
+                for entry in track['published'] for metric, value in entry['published'].items()]
         if rows:
             parts.append(f'<p>{escape(name)}: {escape(track["source"])}, with the gains that it gives.</p>'
                          + page.html_table(['law', 'gains', 'metric', 'published', 'ours'], rows))
@@ -213,12 +213,12 @@ def answer(values: Mapping[str, Any]) -> str:
     return _beaten(best)
 
 
-def _beaten(one: Mapping[str, Any]) -> str:
+def _beaten(row: Mapping[str, Any]) -> str:
     """Return where no law is known to beat one, in a sentence."""
-    if one['place'] is None:
-        return f'{one["law"]} was not searched.'
-    return (f'No law is known to beat {one["law"]} on {one["unbeaten"]} of {one["tracks"]} tracks; of '
-            f'{one["comparisons"]} comparisons it is better in {one["wins"]} and worse in {one["losses"]}.')
+    if row['place'] is None:
+        return f'{row["law"]} was not searched.'
+    return (f'No law is known to beat {row["law"]} on {row["unbeaten"]} of {row["tracks"]} tracks; of '
+            f'{row["comparisons"]} comparisons it is better in {row["wins"]} and worse in {row["losses"]}.')
 
 
 def _picture(svg: str) -> str:
@@ -235,7 +235,7 @@ def _missing(values: Mapping[str, Any]) -> str:
 
 
 def _parts(
-    values: Mapping[str, Any], paths: Paths, svg: str, made: Mapping[str, Any]
+    values: Mapping[str, Any], paths: Paths, svg: str, origin: Mapping[str, Any]
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     budgets = ', '.join(map(str, values['budgets'])) or 'none: gains as configured'
@@ -283,11 +283,11 @@ def _parts(
     yield page.section('numbers', 'Numbers', '<details class="track"><summary>All cells, over the runs in which a law '
                        'succeeds</summary>', _table(_HEAD, [_row(row) for row in values['results']]), '</details>')
     yield page.section('gains', 'Gains', *_gains(values))
-    yield page.made_with(made)
+    yield page.made_with(origin)
 
 
 def write_benchmark_page(
-    file: Path, values: Mapping[str, Any], paths: Paths, svg: str, made: Mapping[str, Any]
+    file: Path, values: Mapping[str, Any], paths: Paths, svg: str, origin: Mapping[str, Any]
 ) -> None:
     """
     Write the page of a benchmark.
@@ -302,8 +302,8 @@ def write_benchmark_page(
         One run of each law on each track.
     svg : str
         The picture of the laws over all tracks; '' where there is none.
-    made : mapping of str to object
+    origin : mapping of str to object
         What `provenance` returns.
     """
-    write_atomically(file, page.page('Benchmark', _parts(values, paths, svg, made), [_STYLE],
+    write_atomically(file, page.page('Benchmark', _parts(values, paths, svg, origin), [_STYLE],
                                      [asset('basics.js'), asset('benchmark.js')]))

@@ -18,8 +18,8 @@ def ratios_figure(values: Mapping[str, Any]) -> Figure | None:
     if not rows:
         return None
     with style():
-        drawn = Figure(figsize=(6.4, 1.1 + 0.3 * len(rows)), layout='constrained')
-        axes, shown = drawn.add_subplot(), [1.0]
+        figure = Figure(figsize=(6.4, 1.1 + 0.3 * len(rows)), layout='constrained')
+        axes, shown = figure.add_subplot(), [1.0]
         for place, row in enumerate(rows):
             own = [one['ratio'] for one in values['ranks'] if one['ratio'] is not None
                    and (one['law'], one['budget']) == (row['law'], row['budget'])]
@@ -34,7 +34,7 @@ def ratios_figure(values: Mapping[str, Any]) -> Figure | None:
         ticks = [tick for tick in (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0) if limits[0] <= tick <= limits[1]]
         axes.set_xticks(ticks, [f'{tick:g}' for tick in ticks])
         axes.minorticks_off()
-    return drawn
+    return figure
 
 
 def save_picture(figure: Figure, file: Path) -> str:

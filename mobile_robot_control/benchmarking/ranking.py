@@ -94,13 +94,13 @@ def better_pairs(pairs: Sequence[Pair]) -> set[tuple[str, str]]:
                     for kind, values in enumerate((pair.successes, pair.errors))))
     rejected = itertools.takewhile(
         lambda numbered: numbered[1][0] <= (1.0 - CONFIDENCE) / (len(tests) - numbered[0]), enumerate(tests))
-    found: dict[int, tuple[str, str]] = {}
+    decided: dict[int, tuple[str, str]] = {}
     # success, whose kind is 0, before error
     for _, kind, n in sorted((one for _, one in rejected), key=lambda one: -one[1]):
         pair = pairs[n]
         winner = pair.winner(pair.errors, True) if kind else pair.winner(pair.successes, False)
-        found[n] = winner, pair.second if winner == pair.first else pair.first
-    return set(found.values())
+        decided[n] = winner, pair.second if winner == pair.first else pair.first
+    return set(decided.values())
 
 
 def rank_ranges(names: Iterable[str], better: Iterable[tuple[str, str]]) -> Ranks:
@@ -117,12 +117,12 @@ def rank_ranges(names: Iterable[str], better: Iterable[tuple[str, str]]) -> Rank
     {'a': (1, 2), 'b': (1, 3), 'c': (2, 3)}
 
     """
-    known, ranked = set(better), list(names)
-    ranks = {name: (1 + sum(pair[1] == name for pair in known), len(ranked) - sum(pair[0] == name for pair in known))
+    wins, ranked = set(better), list(names)
+    ranks = {name: (1 + sum(pair[1] == name for pair in wins), len(ranked) - sum(pair[0] == name for pair in wins))
              for name in ranked}
     for a, b in itertools.permutations(ranked, 2):
         # where 'better' goes in a circle: it is no order, since it has two criteria
-        if not {(a, b), (b, a)} & known and ranks[b][1] < ranks[a][0]:
+        if not {(a, b), (b, a)} & wins and ranks[b][1] < ranks[a][0]:
             ranks[b] = (ranks[b][0], ranks[a][0])
     return ranks
 
@@ -137,8 +137,8 @@ def ratios(laws: Iterable[str], pairs: Iterable[Pair]) -> dict[str, float]:
     means |= {(b, a): -mean for (a, b), mean in means.items()}
     wins = {law: sum(mean < 0.0 for (first, _), mean in means.items() if first == law) for law in laws}
     best = max(wins, key=lambda law: wins[law], default='')
-    found = {law: means[law, best] for law in wins if (law, best) in means}
-    return found | {best: 0.0} if found else {}
+    of_best = {law: means[law, best] for law in wins if (law, best) in means}
+    return of_best | {best: 0.0} if of_best else {}
 
 
 Certain = Mapping[str, Collection[tuple[str, str]]]
@@ -168,10 +168,10 @@ def place_ranges(laws: Collection[str], certain: Certain, groups: Mapping[str, s
     """Return the first and the last place of each law when any track, or any group of tracks, is left out."""
     left_out = [{track} for track in certain] + [
         {track for track in certain if groups[track] == group} for group in dict.fromkeys(groups.values())]
-    found = [majority_places(laws, certain), *(
+    placings = [majority_places(laws, certain), *(
         majority_places(laws, {track: pairs for track, pairs in certain.items() if track not in one})
         for one in left_out if len(one) < len(certain))]
-    return {law: (min(one[law] for one in found), max(one[law] for one in found)) for law in laws}
+    return {law: (min(one[law] for one in placings), max(one[law] for one in placings)) for law in laws}
 
 
 def quantile(values: Sequence[float], fraction: float) -> float | None:

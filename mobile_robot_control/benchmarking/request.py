@@ -195,34 +195,34 @@ def _check_tracks(tracks: Sequence[Track], table: JudgedTable, more: ParameterSo
 
 def published_rows(track: Track, more: ParameterSources) -> Iterator[dict[str, Any]]:
     """Yield what a publication reports of laws that are there, with our numbers for its gains beside it."""
-    for one in track.published:
-        if one.law in LAWS:
-            configuration = _published_loop(track, one, more)
+    for report in track.published:
+        if report.law in LAWS:
+            configuration = _published_loop(track, report, more)
             duration = track.parameters.laps * course_of(configuration.reference_cart).period
-            found = summary(measure(configuration, duration))
-            yield {'law': one.law, 'gains': one.gains, 'published': one.metrics,
-                   'ours': {name: found[name] for name in one.metrics}}
+            metrics = summary(measure(configuration, duration))
+            yield {'law': report.law, 'gains': report.gains, 'published': report.metrics,
+                   'ours': {name: metrics[name] for name in report.metrics}}
 
 
-def _published_loop(track: Track, one: Published, more: ParameterSources) -> Configuration:
+def _published_loop(track: Track, report: Published, more: ParameterSources) -> Configuration:
     """Return the loop of a law with the gains of a publication, from its start."""
-    values: dict[str, Any] = {f'position_controller.{one.law}.{name}': value for name, value in one.gains.items()}
-    values['position_controller.controller_type'] = one.law
-    if one.initial_pose is not None:
-        values['plant.initial_pose'] = one.initial_pose
+    values: dict[str, Any] = {f'position_controller.{report.law}.{name}': value for name, value in report.gains.items()}
+    values['position_controller.controller_type'] = report.law
+    if report.initial_pose is not None:
+        values['plant.initial_pose'] = report.initial_pose
     return configure(track.sources(more).with_values(values).values())
 
 
 def _check_published(track: Track, more: ParameterSources) -> None:
     """Raise ParameterError where a publication reports what a run does not have."""
     violations: list[str] = []
-    for one in track.published:
-        if one.law in LAWS:
-            violations += (f"{one.law}: there is no metric '{name}'; {nearest(name, REPORTED)}" for name in one.metrics
-                           if name not in REPORTED)
+    for report in track.published:
+        if report.law in LAWS:
+            violations += (f"{report.law}: there is no metric '{name}'; {nearest(name, REPORTED)}"
+                           for name in report.metrics if name not in REPORTED)
             try:
-                _published_loop(track, one, more)
+                _published_loop(track, report, more)
             except ParameterError as error:
-                violations += (f'{one.law}: {violation}' for violation in error.violations)
+                violations += (f'{report.law}: {violation}' for violation in error.violations)
     if violations:
         raise ParameterError(f'{track.file}: published: {violation}' for violation in violations)

@@ -35,7 +35,7 @@ from mobile_robot_control.search.journal import Journal
 from mobile_robot_control.search.objective import Goal, Objective, RunTrials, default_smooth
 from mobile_robot_control.search.search import SearchSettings, no_result
 from mobile_robot_control.search.space import POPULATION, population_for, search_genes
-from mobile_robot_control.search.stages import WIDENINGS, Plan, search_in_stages
+from mobile_robot_control.search.stages import WIDENINGS, StagePlan, search_in_stages
 from mobile_robot_control.settings.nodes import Configuration, course_of
 
 _LATE = 0.75
@@ -124,18 +124,18 @@ def _searched(
                               cell.seed_of('search') % 2**32)
     journal = Journal(work.journal(str(budget)), {'cell': work.file.name}, True)
     try:
-        staged = search_in_stages(settings, Plan(WIDENINGS, cell.restarts), genes, objective_of, journal,
+        staged = search_in_stages(settings, StagePlan(WIDENINGS, cell.restarts), genes, objective_of, journal,
                                   lambda _: work.progress(population * cell.training), work.stopped)
     finally:
         journal.close()
     if not staged.is_complete:
         return None
-    found, reason = staged.found, no_result(staged.found)
-    if found.point is None or reason:
+    best, reason = staged.result, no_result(staged.result)
+    if best.point is None or reason:
         return configured_gains(configuration), None, reason
     objective = objective_of(staged.genes)
-    gains = rounded(objective.gains(found.point.tolist()))
-    return gains, SearchEnd(found.score, objective.objectives(gains), staged.agreeing, [*staged.repeated],
+    gains = rounded(objective.gains(best.point.tolist()))
+    return gains, SearchEnd(best.score, objective.objectives(gains), staged.agreeing, [*staged.repeated],
                             staged.edges), ''
 
 

@@ -84,11 +84,11 @@ class _Gathered:
 
     def __call__(self, trials: Sequence[Trial]) -> list[Outcome]:
         """Wait for the outcomes of trials."""
-        found: Future[list[Outcome]] = Future()
+        outcomes: Future[list[Outcome]] = Future()
         with self._changed:
-            self._asked.append((trials, found))
+            self._asked.append((trials, outcomes))
             self._changed.notify_all()
-        return found.result()
+        return outcomes.result()
 
     def leave(self) -> None:
         """End the work of a thread."""
@@ -102,12 +102,12 @@ class _Gathered:
             # a signal is seen between two waits
             while len(self._asked) < self._working:
                 self._changed.wait(_POLL_PERIOD)
-            asked, self._asked = self._asked, []
+            waiting, self._asked = self._asked, []
         try:
-            for (_, future), outcomes in zip(asked, run([trials for trials, _ in asked]), strict=True):
+            for (_, future), outcomes in zip(waiting, run([trials for trials, _ in waiting]), strict=True):
                 future.set_result(outcomes)
         except BaseException as error:  # each thread ends with it
-            for _, future in asked:
+            for _, future in waiting:
                 if not future.done():
                     future.set_exception(error)
         return self._working > 0

@@ -68,12 +68,12 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
     laws = [*dict.fromkeys([*(table.laws if table else ()), *benchmark.laws])]
     for number, budget in enumerate(benchmark.budgets or (0,)):
         for name in benchmark.tracks:
-            known = table.judged(name, budget) if table else {}
-            found = _ranked(name, number, budget, done, [
-                row for row in results if (row['track'], row['budget']) == (name, budget)], known)
-            ranks += found[0]
-            pairs += found[1]
-            undone += _undone(name, budget, known, found[1])
+            earlier = table.judged(name, budget) if table else {}
+            rows, track_pairs = _ranked(name, number, budget, done, [
+                row for row in results if (row['track'], row['budget']) == (name, budget)], earlier)
+            ranks += rows
+            pairs += track_pairs
+            undone += _undone(name, budget, earlier, track_pairs)
     return {
         'hash': sha256(json.dumps(hashed, sort_keys=True).encode()).hexdigest()[:16],
         'laws': laws, 'seeds': list(benchmark.seeds), 'budgets': list(benchmark.budgets),
@@ -129,11 +129,11 @@ def _rows(cell: Cell, cell_result: CellResult, digits: str) -> Iterator[dict[str
 
 
 def _ranked(
-    track: str, number: int, budget: int, done: Done, rows: Sequence[Values], known: Runs
+    track: str, number: int, budget: int, done: Done, rows: Sequence[Values], earlier: Runs
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Return the laws of a track with one budget and those known before, the best first, and their pairs."""
-    runs = {law: dict(own) for law, own in known.items() if own}
-    laws = dict.fromkeys([*known, *(row['law'] for row in rows)])
+    runs = {law: dict(own) for law, own in earlier.items() if own}
+    laws = dict.fromkeys([*earlier, *(row['law'] for row in rows)])
     for cell, result in done:
         if cell.track.name == track and not cell.feedforward:
             judged = result.results[number].runs(cell.runs)
@@ -170,10 +170,10 @@ def _ranked(
     return [row(law) for law in names], [_pair_row(track, budget, pair, better) for pair in pairs]
 
 
-def _undone(track: str, budget: int, known: Runs, pairs: Sequence[Values]) -> Iterator[dict[str, Any]]:
+def _undone(track: str, budget: int, earlier: Runs, pairs: Sequence[Values]) -> Iterator[dict[str, Any]]:
     """Yield what is certain among the laws known before, and no more in the larger family of comparisons."""
     still = {(pair['better'], other) for pair in pairs for other in (pair['first'], pair['second'])}
-    for better, worse in sorted(better_pairs(pairs_of({law: own for law, own in known.items() if own})) - still):
+    for better, worse in sorted(better_pairs(pairs_of({law: own for law, own in earlier.items() if own})) - still):
         yield {'track': track, 'budget': budget, 'better': better, 'worse': worse}
 
 
@@ -192,9 +192,9 @@ def _exponentials(interval: tuple[float, float]) -> list[float | None]:
 
 def _other(rows: Sequence[Values]) -> dict[str, float | None]:
     """Return error and success of other gains over seeds: the median of the seeds' medians."""
-    known = [row['rms'] for row in rows if row['rms'] is not None]
+    medians = [row['rms'] for row in rows if row['rms'] is not None]
     judged = [row['successes'] / row['runs'] for row in rows if row['runs']]
-    return {'rms': quantile(known, 0.5) if known else None, 'success': fmean(judged) if judged else None}
+    return {'rms': quantile(medians, 0.5) if medians else None, 'success': fmean(judged) if judged else None}
 
 
 def _pair_row(track: str, budget: int, pair: Pair, better: set[tuple[str, str]]) -> dict[str, Any]:
@@ -218,7 +218,7 @@ def summary_of(
         if row['budget'] == budget:
             rows[row['law']][row['track']] = row
     ranked = {law: {track: row for track, row in own.items() if row['rank'] is not None} for law, own in rows.items()}
-    known = [law for law, own in ranked.items() if own]
+    driven = [law for law, own in ranked.items() if own]
     certain: dict[str, list[tuple[str, str]]] = {track: [] for own in ranked.values() for track in own}
     compared: Counter[str] = Counter()
     for pair in pairs:
@@ -227,7 +227,7 @@ def summary_of(
             compared.update(both)
             if pair['better']:
                 certain[pair['track']].append(both if pair['better'] == both[0] else both[::-1])
-    places, ranges = majority_places(known, certain), place_ranges(known, certain, groups)
+    places, ranges = majority_places(driven, certain), place_ranges(driven, certain, groups)
     decided = [pair for found in certain.values() for pair in found]
 
     def summary(law: str) -> dict[str, Any]:
@@ -245,10 +245,10 @@ def summary_of(
             'not_searched': [track for track, row in rows[law].items() if row['rank'] is None],
         }
 
-    def order(one: Values) -> tuple[Any, ...]:
+    def order(row: Values) -> tuple[Any, ...]:
         # where nothing is certain, by the places on the tracks
-        own = [row['place'] for row in ranked[one['law']].values()]
-        return one['place'] is None, one['place'] or 0, fmean(own) if own else 0.0, one['law']
+        own = [ranks['place'] for ranks in ranked[row['law']].values()]
+        return row['place'] is None, row['place'] or 0, fmean(own) if own else 0.0, row['law']
 
     return sorted(map(summary, laws), key=order)
 

@@ -119,11 +119,11 @@ def verify(benchmark: Benchmark, done: Done, folder: Path, count: int, stop: Sto
     told: list[dict[str, str]] = []
     differing: list[str] = []
     for n, run in enumerate(drawn_runs(benchmark, done, count), 1):
-        found = difference(run, folder / 'verified' / f'run_{n}', stop)
+        apart = difference(run, folder / 'verified' / f'run_{n}', stop)
         if stop.requested:
             return [*differing, 'interrupted']
-        told.append({'run': run.name, 'difference': found})
-        print(f'{run.name}: {found or f"the same within {WITHIN:g}"}', flush=True)
-        differing += [f'{run.name}: {found}'] if found else []
+        told.append({'run': run.name, 'difference': apart})
+        print(f'{run.name}: {apart or f"the same within {WITHIN:g}"}', flush=True)
+        differing += [f'{run.name}: {apart}'] if apart else []
     (folder / 'verified.json').write_text(json.dumps(told, indent=2) + '\n', encoding='utf-8')
     return differing if told else ['there is no run to repeat']

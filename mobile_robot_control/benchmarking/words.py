@@ -34,7 +34,7 @@ def rank_text(row: Values) -> str:
     return NOT_SEARCHED if first is None else f'{first}' if first == last else f'{first}–{last}'
 
 
-def place_text(one: Values) -> str:
+def place_text(row: Values) -> str:
     """
     Return the place of a law over all tracks, and in brackets its range when any track or group is left out.
 
@@ -44,7 +44,7 @@ def place_text(one: Values) -> str:
     '2 (2–3)'
 
     """
-    place, first, last = one['place'], one['first_place'], one['last_place']
+    place, first, last = row['place'], row['first_place'], row['last_place']
     return '–' if place is None else f'{place}' if first == last else f'{place} ({first}–{last})'
 
 
@@ -91,19 +91,19 @@ def summary_lines(values: Values) -> Iterator[str]:
     failing, missing = ({row['law']: f' ({row["reason"].removeprefix(f"{NOT_SEARCHED}: ")})'
                          for row in reversed(values['results'])
                          if row['reason'] and was_searched(row['reason']) is searched} for searched in (True, False))
-    for one in last_summary(values):
+    for law_row in last_summary(values):
         other = ''.join(f'; {what} on {", ".join(tracks)}{reason}' for what, tracks, reason in (
-            ('fails in most runs', one['failed'], failing.get(one['law'], '')),
-            (NOT_SEARCHED, one['not_searched'], missing.get(one['law'], ''))) if tracks)
-        law = law_text(values, one['law'])
-        if one['place'] is None:
+            ('fails in most runs', law_row['failed'], failing.get(law_row['law'], '')),
+            (NOT_SEARCHED, law_row['not_searched'], missing.get(law_row['law'], ''))) if tracks)
+        law = law_text(values, law_row['law'])
+        if law_row['place'] is None:
             yield f'{law}{other}'.replace(';', ':', 1)
             continue
-        largest = '' if one['largest_ratio'] is None else (
-            f'error at most {one["largest_ratio"]:.2f} times that of the best law ({one["largest_on"]}), ')
-        yield (f'{law}: unbeaten on {one["unbeaten"]} of {one["tracks"]} tracks; of {one["comparisons"]} '
-               f'comparisons better in {one["wins"]}, worse in {one["losses"]}; {largest}success in '
-               f'{100.0 * one["least_success"]:.1f} % of the runs or more{other}')
+        largest = '' if law_row['largest_ratio'] is None else (
+            f'error at most {law_row["largest_ratio"]:.2f} times that of the best law ({law_row["largest_on"]}), ')
+        yield (f'{law}: unbeaten on {law_row["unbeaten"]} of {law_row["tracks"]} tracks; of {law_row["comparisons"]} '
+               f'comparisons better in {law_row["wins"]}, worse in {law_row["losses"]}; {largest}success in '
+               f'{100.0 * law_row["least_success"]:.1f} % of the runs or more{other}')
     yield from (f'not loaded: {reason}' for reason in values.get('not_loaded', {}).values())
     yield from map(unrepeatable, values.get('not_repeatable', ()))
     yield from against_lines(values)
@@ -122,10 +122,10 @@ def latex_table(values: Values) -> str:
     """Return `benchmark.tex`: the summary as a table of LaTeX, of the largest budget."""
     lines = [r'\begin{tabular}{lrrrrr}', r'\hline',
              r'law & place & unbeaten on & better : worse & largest error & least success \\', r'\hline']
-    for one in last_summary(values):
-        cells = [place_text(one), f'{one["unbeaten"]} of {one["tracks"]}', f'{one["wins"]} : {one["losses"]}',
-                 '--' if one['largest_ratio'] is None else f'{one["largest_ratio"]:.2f}',
-                 '--' if one['least_success'] is None else f'{100.0 * one["least_success"]:.1f}\\,\\%']
-        law = law_text(values, one['law']).replace('_', r'\_')
+    for row in last_summary(values):
+        cells = [place_text(row), f'{row["unbeaten"]} of {row["tracks"]}', f'{row["wins"]} : {row["losses"]}',
+                 '--' if row['largest_ratio'] is None else f'{row["largest_ratio"]:.2f}',
+                 '--' if row['least_success'] is None else f'{100.0 * row["least_success"]:.1f}\\,\\%']
+        law = law_text(values, row['law']).replace('_', r'\_')
         lines.append(f'{law} & {" & ".join(cells).replace("–", "--")} ' + r'\\')
     return '\n'.join([*lines, r'\hline', r'\end{tabular}', f'% hash {values["hash"]}', ''])

@@ -14,8 +14,8 @@ from mobile_robot_control.dashboard.law_choice import LawChoice
 from mobile_robot_control.dashboard.lesson_files import Lesson
 from mobile_robot_control.dashboard.link import RobotLink
 from mobile_robot_control.dashboard.path_driving import PathDriver
-from mobile_robot_control.dashboard.publishing import DISTURBANCES, drawn, planned
-from mobile_robot_control.dashboard.recordings import STATE, BusyError, Recordings, save_parameters
+from mobile_robot_control.dashboard.publishing import DISTURBANCES, path_preview, sketch_of
+from mobile_robot_control.dashboard.recordings import STATE, BusyError, PageRecordings, save_parameters
 from mobile_robot_control.dashboard.service_calls import Answer, NoAnswerError, RefusedRequestError
 from mobile_robot_control.dashboard.started_nodes import StartedNodes
 from mobile_robot_control.dashboard.teaching import LessonError, RobotAccess, Teaching, surface_numbers
@@ -41,7 +41,7 @@ class Actions:
     ----------
     link : RobotLink
         To the robot.
-    recordings : Recordings
+    recordings : PageRecordings
         Of the page.
     saved : Path
         Folder for saved parameters.
@@ -64,7 +64,7 @@ class Actions:
     """
 
     def __init__(
-        self, link: RobotLink, recordings: Recordings, saved: Path, nodes: StartedNodes | None = None,
+        self, link: RobotLink, recordings: PageRecordings, saved: Path, nodes: StartedNodes | None = None,
         lessons: Sequence[Lesson] = (), robot: str = '', reads_laws: bool = False,
     ) -> None:
         self._link, self._recordings, self._saved, self._nodes = link, recordings, saved, nodes
@@ -86,12 +86,12 @@ class Actions:
     async def fulfil(self, request: Any, whose: object = None) -> Answer:
         """Fulfil a request from JSON, with any content, for the page that sent it; never raises."""
         try:
-            asked = request.get('do') if isinstance(request, dict) else None
-            if asked == 'lesson':
+            action = request.get('do') if isinstance(request, dict) else None
+            if action == 'lesson':
                 return Answer(True, str(await self.teaching.begin(str(request.get('name')), whose)))
-            if not isinstance(asked, str) or asked not in self._handlers:
+            if not isinstance(action, str) or action not in self._handlers:
                 raise RefusedRequestError('unknown request of the page; load it again')
-            return await self._handlers[asked](request)
+            return await self._handlers[action](request)
         except (NoAnswerError, RefusedRequestError, LessonError, BusyError) as error:
             return Answer(False, shortened(str(error)))
         except OSError as error:
@@ -168,13 +168,13 @@ class Actions:
 
     async def _plan(self, request: Mapping[str, Any]) -> Answer:
         """Answer with the plan of a path, as JSON."""
-        points, limits = drawn(request)
+        points, limits = sketch_of(request)
         values = (await self._present()).get('reference_cart', {})
-        return Answer(True, json.dumps(await asyncio.to_thread(planned, values, points, limits)))
+        return Answer(True, json.dumps(await asyncio.to_thread(path_preview, values, points, limits)))
 
     async def _path(self, request: Mapping[str, Any]) -> Answer:
         """Send a path to the cart."""
-        return await self._paths.path(*drawn(request))
+        return await self._paths.path(*sketch_of(request))
 
     async def _trigger(self, service: str) -> Answer:
         def call() -> Future[Any]:
@@ -186,10 +186,10 @@ class Actions:
     async def _present(self) -> dict[str, dict[str, Any]]:
         """Return the present values by node."""
         def look() -> dict[str, dict[str, Any]]:
-            return {role: dict(known.values) for role, known in self._link.book.nodes.items() if known.entries}
+            return {role: dict(node.values) for role, node in self._link.book.nodes.items() if node.entries}
 
-        found: dict[str, dict[str, Any]] = await self._ask(look)
-        return found
+        present: dict[str, dict[str, Any]] = await self._ask(look)
+        return present
 
     async def _surface(self, _: Mapping[str, Any]) -> Answer:
         """Answer with the surface of the fuzzy law, as JSON."""
@@ -211,8 +211,8 @@ class Actions:
     async def _change(self, node: str, values: Mapping[str, Any]) -> None:
         """Change parameters of a node; restart it if one of them is read-only while it runs."""
         def is_live(name: str) -> bool:
-            known = self._link.book.nodes.get(node)
-            return known is None or name not in known.entries or known.entries[name].live
+            running = self._link.book.nodes.get(node)
+            return running is None or name not in running.entries or running.entries[name].live
 
         lasting = {name: value for name, value in values.items() if not await self._ask(partial(is_live, name))}
         present = (await self._present()).get(node, {})
@@ -239,9 +239,9 @@ class Actions:
         if not begun.good:
             raise RefusedRequestError(begun.text)
         for _ in range(round(_START / _LOOK)):
-            found: int = await self._ask(number)
-            if found > before:
-                return found
+            newest: int = await self._ask(number)
+            if newest > before:
+                return newest
             await self._ask(count_hidden_run)
             await asyncio.sleep(_LOOK)
         raise RefusedRequestError('no new run began; is the plant running?')
@@ -260,8 +260,8 @@ class Actions:
             raise RefusedRequestError(f'this page has not started the {shortened(node, 60)}; start it yourself')
 
         def known() -> bytes:
-            found = self._link.book.nodes.get(node)
-            return found.endpoint if found is not None and found.entries and found.values else b''
+            running = self._link.book.nodes.get(node)
+            return running.endpoint if running is not None and running.entries and running.values else b''
 
         before, present = await self._ask(known), await self._present()
         present[node] = present.get(node, {}) | dict(changes)
@@ -277,13 +277,13 @@ class Actions:
     async def _changed(self) -> dict[str, dict[str, Any]]:
         """Return the initial values of the live parameters that have others now."""
         def changed() -> dict[str, dict[str, Any]]:
-            return {role: {name: entry.default for name, entry in known.entries.items()
+            return {role: {name: entry.default for name, entry in running.entries.items()
                            if entry.live and name not in STATE and entry.default is not None
-                           and known.values.get(name) != entry.default}
-                    for role, known in self._link.book.nodes.items()}
+                           and running.values.get(name) != entry.default}
+                    for role, running in self._link.book.nodes.items()}
 
-        found: dict[str, dict[str, Any]] = await self._ask(changed)
-        return found
+        initial: dict[str, dict[str, Any]] = await self._ask(changed)
+        return initial
 
     async def _initial(self) -> dict[str, dict[str, Any]]:
         """Return the same of nodes that this page has started; of others the initial values are not known."""

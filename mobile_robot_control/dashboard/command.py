@@ -27,9 +27,9 @@ def parser() -> argparse.ArgumentParser:
     """Make the parser of `dashboard`."""
     # before all else: a signal is not lost
     stop = Stop()
-    made = make_parser('dashboard', __doc__, DashboardRequest, drives=True)
-    made.set_defaults(stop=stop)
-    return made
+    command = make_parser('dashboard', __doc__, DashboardRequest, drives=True)
+    command.set_defaults(stop=stop)
+    return command
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -75,11 +75,11 @@ class PolledTopic:
         while len(taken) < _DRAINED:
             # in the way of rclpy's executors; there is no public one
             with self._subscription.handle:
-                found = self._subscription.handle.take_message(self._subscription.msg_type, self._subscription.raw)
-            if found is None:
+                message = self._subscription.handle.take_message(self._subscription.msg_type, self._subscription.raw)
+            if message is None:
                 break
-            taken.append(found[0])
-            self._count(found[1])
+            taken.append(message[0])
+            self._count(message[1])
         if taken:
             self.newest = taken[-1]
         self._measure()
@@ -229,12 +229,12 @@ class NodeStates:
                     'unchanged': 0}
         silent = time.monotonic() - report.came
         ended = report.text == 'ended'
-        text = report.text if silent < _SILENT or ended else (
+        words = report.text if silent < _SILENT or ended else (
             f'silent for {silent:.0f} s; the last report was: {report.text}')
-        return {'name': name, 'text': text, 'good': silent < _SILENT and report.text in _GOOD,
+        return {'name': name, 'text': words, 'good': silent < _SILENT and report.text in _GOOD,
                 'refused': report.refused, 'reasons': report.reasons, 'unchanged': report.unchanged}
 
 
-def _count(text: str) -> int:
+def _count(digits: str) -> int:
     """Return a count of a report; 0 for another text."""
-    return int(text) if text.isdecimal() and len(text) < 16 else 0
+    return int(digits) if digits.isdecimal() and len(digits) < 16 else 0

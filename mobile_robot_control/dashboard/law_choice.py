@@ -29,12 +29,12 @@ def law_changes(law: str, present: Values, whole: bool) -> Values:
         The shipped set of the law, where it is for this robot and its rates; otherwise the law alone.
 
     """
-    found = set_for(law, present)
-    if found is None:
+    shipped = set_for(law, present)
+    if shipped is None:
         return {POSITION: {LAW: law}}
     users = set() if whole else groups_set_by_user(present)
     changes = {node: {name: value for name, value in values.items() if (node, name.partition('.')[0]) not in users}
-               for node, values in differing(found, present).items()}
+               for node, values in differing(shipped, present).items()}
     return {node: values for node, values in changes.items() if values}
 
 
@@ -42,13 +42,13 @@ async def change_all(changes: Values, present: Values, change: Change) -> Values
     """Make changes by node, all or none of them; return the values before."""
     before = {node: {name: present[node][name] for name in values if name in present.get(node, {})}
               for node, values in changes.items()}
-    made: list[str] = []
+    changed: list[str] = []
     try:
         for node, values in changes.items():
             await change(node, values)
-            made.append(node)
+            changed.append(node)
     except Exception:
-        for node in made:
+        for node in changed:
             await change(node, before[node])
         raise
     return before
@@ -97,7 +97,7 @@ class LawChoice:
         the law before the last choice, '' if there is nothing to undo.
         """
         law: str = present.get(POSITION, {}).get(LAW, '')
-        found = set_for(law, present)
-        return {'gains': '' if found is None else 'changed' if differing(found, present) else 'shipped',
-                'file': '' if found is None else found.given,
+        shipped = set_for(law, present)
+        return {'gains': '' if shipped is None else 'changed' if differing(shipped, present) else 'shipped',
+                'file': '' if shipped is None else shipped.given,
                 'before': str(self._before.get(POSITION, {}).get(LAW, law)) if self._before else ''}

@@ -78,28 +78,28 @@ class Lesson(NamedTuple):
 
     def limits(self) -> dict[str, float]:
         """Return the first limits of its path, by parameter of the cart."""
-        found = {}
+        first = {}
         for control, content in zip(self.controls, self.content['controls'], strict=True):
             node, name = parameter_of(control.sets[0])
             if node == 'plan':
-                found[name] = float(content.get('value', (content.get('range') or content.get('choices'))[0]))
-        return found
+                first[name] = float(content.get('value', (content.get('range') or content.get('choices'))[0]))
+        return first
 
     def touched(self) -> dict[str, set[str]]:
         """Return the changed parameters of the lesson by node."""
-        found: dict[str, set[str]] = {node: set(values) for node, values in self.parameters.items()}
+        names: dict[str, set[str]] = {node: set(values) for node, values in self.parameters.items()}
         for control in self.controls:
             for node, name in map(parameter_of, control.sets):
                 if node in NODES or node == 'plan':
-                    found.setdefault('reference_cart' if node == 'plan' else node, set()).add(name)
-        return found
+                    names.setdefault('reference_cart' if node == 'plan' else node, set()).add(name)
+        return names
 
     def watched(self) -> dict[str, set[str]]:
         """Return the parameters of its controls and of its answer by node."""
-        found = self.touched()
+        names = self.touched()
         for node, name in map(parameter_of, self.content['answer'].get('with') or ()):
-            found.setdefault(node, set()).add(name)
-        return found
+            names.setdefault(node, set()).add(name)
+        return names
 
 
 def parameter_of(target: str) -> tuple[str, str]:
@@ -144,13 +144,13 @@ def read_lessons(folder: str) -> tuple[Lesson, ...]:
 
 def _read(file: Path) -> Lesson:
     try:
-        text = read_bounded(file, PARAMETER_FILE).decode()
+        yaml_text = read_bounded(file, PARAMETER_FILE).decode()
     except OSError as error:
         raise ParameterError([explain(error)]) from error
     except UnicodeDecodeError as error:
         raise ParameterError([f'{file}: is not a text in UTF-8']) from error
     try:
-        content = yaml.safe_load(text)
+        content = yaml.safe_load(yaml_text)
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # a ValueError for a date such as 2001-99-99
         mark = getattr(error, 'problem_mark', None)
         where = f', line {mark.line + 1}' if mark else ''
@@ -247,16 +247,16 @@ def _violations(content: Any) -> Iterator[str]:
     yield from _of_answer(content['answer'], content)
 
 
-def _of_keys(found: Mapping[str, Any], must: _Keys, may: _Keys, where: str) -> Iterator[str]:
+def _of_keys(content: Mapping[str, Any], must: _Keys, may: _Keys, where: str) -> Iterator[str]:
     for name in must:
-        if name not in found:
+        if name not in content:
             yield f'{where}{name} is missing; write {must[name][1]}'
-    for name, value in found.items():
-        known = {**must, **may}.get(name)
-        if known is None:
+    for name, value in content.items():
+        rule = {**must, **may}.get(name)
+        if rule is None:
             yield f'{where}{shortened(str(name), 60)} is not known; {nearest(str(name), [*must, *may])}'
-        elif not known[0](value):
-            yield f'{where}{name} = {shortened(str(value), 60)} must be {known[1]}'
+        elif not rule[0](value):
+            yield f'{where}{name} = {shortened(str(value), 60)} must be {rule[1]}'
 
 
 def _of_parameter(target: str) -> Iterator[str]:

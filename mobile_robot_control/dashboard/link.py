@@ -121,11 +121,11 @@ class RunValues:
 
     def shown(self, names: Mapping[str, set[str]]) -> dict[str, Any]:
         """Return it with some parameters by node, ready for JSON: all, and those that count for its motion."""
-        found = {f'{node}.{name}': (name, self._values.get(node, {}).get(name))
-                 for node, some in sorted(names.items()) for name in sorted(some)}
+        values = {f'{node}.{name}': (name, self._values.get(node, {}).get(name))
+                  for node, some in sorted(names.items()) for name in sorted(some)}
         return {'number': self.number, 'since': self.since, 'pose': self._pose,
-                'values': {target: value for target, (_, value) in found.items()},
-                'motion': {target: value for target, (name, value) in found.items() if name not in _NO_MOTION}}
+                'values': {target: value for target, (_, value) in values.items()},
+                'motion': {target: value for target, (name, value) in values.items() if name not in _NO_MOTION}}
 
 
 class RobotLink:
@@ -201,7 +201,7 @@ class RobotLink:
     def _run(self) -> None:
         executor = make_executor()
         executor.add_node(self.calling)
-        due = found = time.monotonic()
+        due = discovery = time.monotonic()
         try:
             while not self._ended.is_set():
                 executor.spin_once(timeout_sec=max(0.0, min(PERIOD, due - time.monotonic())))
@@ -210,8 +210,8 @@ class RobotLink:
                 if now < due:
                     continue
                 due = max(due + PERIOD, now)
-                if now >= found:
-                    found = now + _DISCOVERY
+                if now >= discovery:
+                    discovery = now + _DISCOVERY
                     self._discover()
                 self._look()
                 self._note_progress()

@@ -88,7 +88,7 @@ def declared_entry(declared: Declaration) -> Entry:
         default=default, slider=_slider(field.search, low, high, default) if declared.kind in (float, int) else ())
 
 
-def described_entry(descriptor: Any, value: Any, known: dict[str, Entry]) -> Entry:
+def described_entry(descriptor: Any, value: Any, declared: dict[str, Entry]) -> Entry:
     """
     Return the entry of a parameter from its rcl_interfaces/ParameterDescriptor, and its first value.
 
@@ -96,7 +96,7 @@ def described_entry(descriptor: Any, value: Any, known: dict[str, Entry]) -> Ent
     of the descriptor.
     """
     name, kind, live = descriptor.name, _KINDS.get(descriptor.type, 'str'), not descriptor.read_only
-    ours = known.get(name)
+    ours = declared.get(name)
     if ours is not None and ours.kind == kind:
         return ours._replace(live=live)
     ranges = (*descriptor.floating_point_range, *descriptor.integer_range)
@@ -118,12 +118,12 @@ def known_entries(node: str) -> dict[str, Entry]:
 def plain_value(value: Any) -> Any:
     """Return an rcl_interfaces/ParameterValue ready for JSON; None for a type that the page does not show."""
     field = _FIELDS.get(value.type)
-    found: Any = getattr(value, field) if field else None
+    plain: Any = getattr(value, field) if field else None
     if value.type in (7, 8):
-        return [float(number) if math.isfinite(number) else str(number) for number in found]
-    if isinstance(found, float) and not math.isfinite(found):
+        return [float(number) if math.isfinite(number) else str(number) for number in plain]
+    if isinstance(plain, float) and not math.isfinite(plain):
         return None
-    return shortened(found, _LONGEST) if isinstance(found, str) else found
+    return shortened(plain, _LONGEST) if isinstance(plain, str) else plain
 
 
 _FOUND_BY = {'plant': ('joint_states', 'odom'), 'velocity_controller': ('wheel_torques',),
@@ -140,9 +140,9 @@ class Players:
 
     def look(self) -> dict[str, tuple[str, bytes]]:
         """Return full name and endpoint by role."""
-        found = {role: next((player for topic in topics if (player := self._publisher(topic))), None)
-                 for role, topics in _FOUND_BY.items()}
-        return {role: player for role, player in found.items() if player is not None}
+        players = {role: next((player for topic in topics if (player := self._publisher(topic))), None)
+                   for role, topics in _FOUND_BY.items()}
+        return {role: player for role, player in players.items() if player is not None}
 
     def _publisher(self, topic: str) -> tuple[str, bytes] | None:
         offers = self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic))
@@ -217,71 +217,71 @@ class ParameterBook:
 
     def discover(self) -> None:
         """Find the publishing nodes; request the parameters of new ones, and of those that did not answer."""
-        for role, found in self._players.look().items():
-            known = self.nodes.get(role)
-            if known is not None and (known.name, known.endpoint) == found:
-                if known.unanswered:
-                    known.unanswered = False
-                    self._fetch(known)
+        for role, player in self._players.look().items():
+            node = self.nodes.get(role)
+            if node is not None and (node.name, node.endpoint) == player:
+                if node.unanswered:
+                    node.unanswered = False
+                    self._fetch(node)
                 continue
             # a node that has gone stays until another comes: its state shows its silence
-            if known is not None:
-                self._calls.forget(f'{known.name}/')
-            self.nodes[role] = KnownNode(role, *found)
+            if node is not None:
+                self._calls.forget(f'{node.name}/')
+            self.nodes[role] = KnownNode(role, *player)
             self.nodes = {one: self.nodes[one] for one in NODES if one in self.nodes}
             self._fetch(self.nodes[role])
             for kind, service in (*_OF_EVERY_NODE, *(_OF_PLANT if role == 'plant' else ())):
-                self._calls.prepare(kind, f'{found[0]}/{service}')
+                self._calls.prepare(kind, f'{player[0]}/{service}')
 
-    def _fetch(self, known: KnownNode) -> Future[Any]:
+    def _fetch(self, node: KnownNode) -> Future[Any]:
         """Request names from a node, then descriptions and values."""
-        return self._ask(known, ListParameters, 'list_parameters', ListParameters.Request(), self._take_names)
+        return self._ask(node, ListParameters, 'list_parameters', ListParameters.Request(), self._take_names)
 
-    def _take_names(self, known: KnownNode, listed: Any) -> None:
+    def _take_names(self, node: KnownNode, listed: Any) -> None:
         names = [name for name in listed.result.names if not is_ros_parameter(name)][:_MOST]
         if names:
-            self._ask(known, GetParameters, 'get_parameters', GetParameters.Request(names=names),
-                      lambda known, got: self._take_values(known, names, got))
+            self._ask(node, GetParameters, 'get_parameters', GetParameters.Request(names=names),
+                      lambda node, got: self._take_values(node, names, got))
 
-    def _take_values(self, known: KnownNode, names: list[str], got: Any) -> None:
-        known.values = {name: plain_value(value) for name, value in zip(names, got.values, strict=False)}
+    def _take_values(self, node: KnownNode, names: list[str], got: Any) -> None:
+        node.values = {name: plain_value(value) for name, value in zip(names, got.values, strict=False)}
         self.version += 1
-        if set(known.entries) != set(known.values):
-            self._ask(known, DescribeParameters, 'describe_parameters', DescribeParameters.Request(names=names),
+        if set(node.entries) != set(node.values):
+            self._ask(node, DescribeParameters, 'describe_parameters', DescribeParameters.Request(names=names),
                       self._take_descriptions)
 
-    def _take_descriptions(self, known: KnownNode, described: Any) -> None:
-        ours = known_entries(known.role)
-        started = self._started.get(known.role, {})
-        entries = (described_entry(one, known.values.get(one.name), ours)
-                   for one in described.descriptors if one.name in known.values)
-        known.entries = {entry.name: entry._replace(default=started.get(entry.name, entry.default))
-                         for entry in entries}
+    def _take_descriptions(self, node: KnownNode, described: Any) -> None:
+        ours = known_entries(node.role)
+        started = self._started.get(node.role, {})
+        entries = (described_entry(one, node.values.get(one.name), ours)
+                   for one in described.descriptors if one.name in node.values)
+        node.entries = {entry.name: entry._replace(default=started.get(entry.name, entry.default))
+                        for entry in entries}
         self.version += 1
 
-    def _ask(self, known: KnownNode, kind: Any, service: str, request: Any,
+    def _ask(self, node: KnownNode, kind: Any, service: str, request: Any,
              take: Callable[[KnownNode, Any], None]) -> Future[Any]:
         def answered(done: Future[Any]) -> None:
-            known.unanswered = done.exception() is not None
-            if not known.unanswered and self.nodes.get(known.role) is known:
-                take(known, done.result())
+            node.unanswered = done.exception() is not None
+            if not node.unanswered and self.nodes.get(node.role) is node:
+                take(node, done.result())
 
-        asked = self._calls.call(kind, f'{known.name}/{service}', request)
-        asked.add_done_callback(answered)
-        return asked
+        answer = self._calls.call(kind, f'{node.name}/{service}', request)
+        answer.add_done_callback(answered)
+        return answer
 
     def refresh(self) -> None:
         """Read the values of all nodes again, after a change."""
-        for known in self.nodes.values():
-            self._read(known)
+        for node in self.nodes.values():
+            self._read(node)
 
-    def _read(self, known: KnownNode) -> Future[Any]:
+    def _read(self, node: KnownNode) -> Future[Any]:
         """Read the values of a node again; return its answer, which is stored before it is handed on."""
-        names = list(known.values)
+        names = list(node.values)
         if not names:
-            return self._fetch(known)
-        return self._ask(known, GetParameters, 'get_parameters', GetParameters.Request(names=names),
-                         lambda known, got: self._take_values(known, names, got))
+            return self._fetch(node)
+        return self._ask(node, GetParameters, 'get_parameters', GetParameters.Request(names=names),
+                         lambda node, got: self._take_values(node, names, got))
 
     def set(self, role: str, values: dict[str, Any], together: bool = False) -> Future[str]:
         """
@@ -302,13 +302,13 @@ class ParameterBook:
             With '' or the node's text of refusal, once the new values are stored; NoAnswerError without an answer.
 
         """
-        known = self.nodes.get(role)
-        if known is None:
+        node = self.nodes.get(role)
+        if node is None:
             return _nothing(role)
         done: Future[str] = Future()
         try:
-            asked = [Parameter(name, value=_typed(known.entries.get(name), value)).to_parameter_msg()
-                     for name, value in values.items()]
+            messages = [Parameter(name, value=_typed(node.entries.get(name), value)).to_parameter_msg()
+                        for name, value in values.items()]
         except (TypeError, ValueError, AssertionError, OverflowError) as error:
             done.set_result(f'{", ".join(values)}: {shortened(str(error))}')
             return done
@@ -319,26 +319,26 @@ class ParameterBook:
                 return
             results = [answer.result().result] if together else answer.result().results
             refused = list(dict.fromkeys(one.reason or 'refused' for one in results if not one.successful))
-            text = shortened('; '.join(refused), 1000)
+            refusal = shortened('; '.join(refused), 1000)
             # a page that asks for more on its answer finds what it has set
-            self._read(known).add_done_callback(lambda _: done.set_result(text))
+            self._read(node).add_done_callback(lambda _: done.set_result(refusal))
 
         kind, service = ((SetParametersAtomically, 'set_parameters_atomically') if together
                          else (SetParameters, 'set_parameters'))
-        self._calls.call(kind, f'{known.name}/{service}', kind.Request(parameters=asked)).add_done_callback(answered)
+        self._calls.call(kind, f'{node.name}/{service}', kind.Request(parameters=messages)).add_done_callback(answered)
         return done
 
     def trigger(self, role: str, service: str) -> Future[Any]:
         """Call a service without arguments (std_srvs/Trigger), such as 'reset'; the future has its response."""
-        known = self.nodes.get(role)
-        if known is None:
+        node = self.nodes.get(role)
+        if node is None:
             return _nothing(role)
-        return self._calls.call(Trigger, f'{known.name}/{service}', Trigger.Request())
+        return self._calls.call(Trigger, f'{node.name}/{service}', Trigger.Request())
 
     def value(self, role: str, name: str, otherwise: Any = None) -> Any:
         """Return a present value; `otherwise` if it is unknown."""
-        known = self.nodes.get(role)
-        return otherwise if known is None else known.values.get(name, otherwise)
+        node = self.nodes.get(role)
+        return otherwise if node is None else node.values.get(name, otherwise)
 
 
 def _nothing(role: str) -> Future[Any]:

@@ -6,7 +6,7 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from typing import Any
 
 from mobile_robot_control.dashboard.link import RobotLink
-from mobile_robot_control.dashboard.publishing import Drawn, headed, on_a_path, planned
+from mobile_robot_control.dashboard.publishing import SketchPoint, path_changes, path_preview, sketch_poses
 from mobile_robot_control.dashboard.service_calls import Answer, RefusedRequestError
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.reference.path_parameters import NO_FILE
@@ -19,7 +19,7 @@ _HELD = 3.0
 
 class PathDriver:
     """
-    Sends paths to the cart, and remembers the last one and the last drawn one.
+    Sends paths to the cart, and remembers the last one and the last sketched one.
 
     Parameters
     ----------
@@ -36,30 +36,30 @@ class PathDriver:
         begin_run: Callable[[Sequence[float] | None], Awaitable[int]],
     ) -> None:
         self._link, self._present, self._change, self._begin_run = link, present, change, begin_run
-        self._drawn: Sequence[Drawn] = ()
-        self._last: Sequence[Drawn] = ()
+        self._sketched: Sequence[SketchPoint] = ()
+        self._last: Sequence[SketchPoint] = ()
 
-    async def path(self, points: list[Drawn], limits: Mapping[str, float]) -> Answer:
-        """Send a drawn path to the cart, in a new run at its start if the cart drives a curve or its limits change."""
+    async def path(self, points: list[SketchPoint], limits: Mapping[str, float]) -> Answer:
+        """Send a sketched path to the cart, in a new run at its start if the cart drives a curve or limits change."""
         values = (await self._present()).get('reference_cart', {})
-        await asyncio.to_thread(planned, values, points, limits)
-        self._drawn = points
-        if on_a_path(values, points, limits):
+        await asyncio.to_thread(path_preview, values, points, limits)
+        self._sketched = points
+        if path_changes(values, points, limits):
             return (await self._drive(points, limits))[1]
         return await self._send_path(points)
 
-    async def _drive(self, points: Sequence[Drawn], limits: Mapping[str, float]) -> tuple[int, Answer]:
+    async def _drive(self, points: Sequence[SketchPoint], limits: Mapping[str, float]) -> tuple[int, Answer]:
         """Begin a new run along a path within limits; return its number, and what the cart answers."""
-        changes = on_a_path((await self._present()).get('reference_cart', {}), points, limits)
+        changes = path_changes((await self._present()).get('reference_cart', {}), points, limits)
         before = await self._course_changes()
         if changes:
             await self._change('reference_cart', changes)
-        number = await self._begin_run(headed(points)[0])
+        number = await self._begin_run(sketch_poses(points)[0])
         if changes and await self._changed_course(before) is None:
             raise RefusedRequestError('no new run began; is the cart running?')
         return number, await self._send_path(points)
 
-    async def _send_path(self, points: Sequence[Drawn]) -> Answer:
+    async def _send_path(self, points: Sequence[SketchPoint]) -> Answer:
         """Send a path to the cart."""
         self._last = points
         frame = (await self._present())['reference_cart']['odom_frame_id']
@@ -73,14 +73,14 @@ class PathDriver:
 
     async def follow(self, points: Sequence[Sequence[float]], limits: Mapping[str, float]) -> int:
         """Begin a new run along the path of a lesson; return its number."""
-        number, answer = await self._drive([Drawn(x, y) for x, y in points], limits)
+        number, answer = await self._drive([SketchPoint(x, y) for x, y in points], limits)
         if not answer.good:
             raise RefusedRequestError(answer.text)
         return number
 
     async def resume(self) -> None:
-        """Send the last drawn path again, if the cart awaits it after a lesson."""
-        self._last = self._drawn
+        """Send the last sketched path again, if the cart awaits it after a lesson."""
+        self._last = self._sketched
         if await self._is_awaited():
             await self._send_path(self._last)
 
@@ -101,21 +101,21 @@ class PathDriver:
     async def _course_changes(self) -> Counter[str]:
         """Return the number of course changes, refused paths and unchanged plans of the cart, by event or reason."""
         def look() -> Counter[str]:
-            known = self._link.book.nodes.get('reference_cart')
-            states = self._link.states.of([known.name]) if known else []
+            cart = self._link.book.nodes.get('reference_cart')
+            states = self._link.states.of([cart.name]) if cart else []
             events = {key: count for (node, key), count in self._link.events.counts.items() if node == 'reference_cart'}
             return Counter(events | {name: count for state in states for name, count in (
                 *state['reasons'].items(), ('unchanged', state['unchanged']))})
 
-        found: Counter[str] = await asyncio.wrap_future(self._link.submit(look))
-        return found
+        changes: Counter[str] = await asyncio.wrap_future(self._link.submit(look))
+        return changes
 
     async def _changed_course(self, before: Counter[str]) -> Counter[str] | None:
         """Wait for a new count of changes, and return it; None if none comes."""
         plant = (await self._present()).get('plant', {})
         for _ in range(round((_HELD if plant.get('paused') or plant.get('hold_at') else _PATIENCE) / _LOOK)):
             await asyncio.sleep(_LOOK)
-            found = await self._course_changes()
-            if found != before:
-                return found
+            changes = await self._course_changes()
+            if changes != before:
+                return changes
         return None

@@ -1,4 +1,4 @@
-"""What the page publishes: pushes on the simulated robot, and drawn paths, planned for a preview."""
+"""What the page publishes: pushes on the simulated robot, and sketched paths, planned for a preview."""
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
@@ -85,9 +85,9 @@ class Disturbances:
             done.set_exception(NoAnswerError(f'nothing takes {DISTURBANCE}; only a simulated plant can be pushed'))
 
 
-class Drawn(NamedTuple):
+class SketchPoint(NamedTuple):
     """
-    A point of a drawn path.
+    A point of a sketched path.
 
     Attributes
     ----------
@@ -105,7 +105,7 @@ class Drawn(NamedTuple):
 
 BACKWARDS, ON_THE_SPOT = 'b', 't'
 MOST = 2000
-"""Most points of a drawn path."""
+"""Most points of a sketched path."""
 _LIMITS = ('timing.max_linear_velocity', 'timing.max_wheel_torque', 'timing.max_angular_velocity')
 """Parameters that a page sets along with a path."""
 _SHOWN = 400
@@ -117,7 +117,7 @@ _APART = 1e-6
 """[rad] from the heading of one pose to the next: equal ones mean nothing."""
 
 
-def drawn(request: Mapping[str, Any]) -> tuple[list[Drawn], dict[str, float]]:
+def sketch_of(request: Mapping[str, Any]) -> tuple[list[SketchPoint], dict[str, float]]:
     """Return the points and the limits of a request of the page; raise ParameterError for others."""
     points, limits = request.get('points'), request.get('limits')
     if not (isinstance(points, list) and 1 < len(points) <= MOST and all(
@@ -127,12 +127,12 @@ def drawn(request: Mapping[str, Any]) -> tuple[list[Drawn], dict[str, float]]:
     if not (isinstance(limits, dict) and all(
             name in _LIMITS and type(limit) in (int, float) for name, limit in limits.items())):
         raise ParameterError([f'a path has limits of {" and ".join(_LIMITS)}'])
-    return ([Drawn(float(x), float(y), *mark) for x, y, *mark in points],
+    return ([SketchPoint(float(x), float(y), *mark) for x, y, *mark in points],
             {name: float(limit) for name, limit in limits.items()})
 
 
-def headed(points: Sequence[Drawn]) -> list[Pose]:
-    """Return the poses of a drawn path; a turn on the spot is two of them."""
+def sketch_poses(points: Sequence[SketchPoint]) -> list[Pose]:
+    """Return the poses of a sketched path; a turn on the spot is two of them."""
     legs = [math.atan2(after.y - before.y, after.x - before.x) + (math.pi if BACKWARDS in after.mark else 0.0)
             for before, after in pairwise(points)]
     poses = []
@@ -147,8 +147,10 @@ def headed(points: Sequence[Drawn]) -> list[Pose]:
     return [pose._replace(heading=wrap_angle(pose.heading) + n * _APART) for n, pose in enumerate(poses)]
 
 
-def on_a_path(values: Mapping[str, Any], points: Sequence[Drawn], limits: Mapping[str, float]) -> dict[str, Any]:
-    """Return the changes of the cart's parameters for a drawn path with limits of `timing`."""
+def path_changes(
+    values: Mapping[str, Any], points: Sequence[SketchPoint], limits: Mapping[str, float]
+) -> dict[str, Any]:
+    """Return the changes of the cart's parameters for a sketched path with limits of `timing`."""
     wanted: dict[str, Any] = {'curve': PATH, **Placement()._asdict(), **limits}
     wanted['center'] = list(wanted['center'])
     if any(point.mark for point in points):
@@ -156,7 +158,9 @@ def on_a_path(values: Mapping[str, Any], points: Sequence[Drawn], limits: Mappin
     return {name: value for name, value in wanted.items() if name in values and values[name] != value}
 
 
-def planned(values: Mapping[str, Any], points: Sequence[Drawn], limits: Mapping[str, float]) -> dict[str, Any]:
+def path_preview(
+    values: Mapping[str, Any], points: Sequence[SketchPoint], limits: Mapping[str, float]
+) -> dict[str, Any]:
     """
     Plan a path from rest to rest.
 
@@ -164,7 +168,7 @@ def planned(values: Mapping[str, Any], points: Sequence[Drawn], limits: Mapping[
     ----------
     values : mapping of str to object
         Of the reference cart.
-    points : sequence of Drawn
+    points : sequence of SketchPoint
         Waypoints.
     limits : mapping of str to float
         Parameters of `timing` that replace the cart's.
@@ -182,9 +186,9 @@ def planned(values: Mapping[str, Any], points: Sequence[Drawn], limits: Mapping[
         If it is infeasible.
 
     """
-    known = {name: value for name, value in values.items() if name in declarations(ReferenceCartParameters)}
-    cart = build(ReferenceCartParameters, known | on_a_path(known, points, limits) | {'path.file': NO_FILE})
-    poses = headed(points)
+    declared = {name: value for name, value in values.items() if name in declarations(ReferenceCartParameters)}
+    cart = build(ReferenceCartParameters, declared | path_changes(declared, points, limits) | {'path.file': NO_FILE})
+    poses = sketch_poses(points)
     rows = [(f'point {n}', pose._asdict() if cart.path.uses_headings else pose[:2])
             for n, pose in enumerate(poses, start=1)]
     course = plan(path_request(cart, checked_waypoints(rows, 'the path')))
@@ -215,8 +219,8 @@ class PathSender:
         self._node = node
         self._publisher: Any = None
 
-    def send(self, points: Sequence[Drawn], frame: str) -> None:
-        """Publish a drawn path in a frame."""
+    def send(self, points: Sequence[SketchPoint], frame: str) -> None:
+        """Publish a sketched path in a frame."""
         if self._publisher is None:
             self._publisher = self._node.create_publisher(Path, PATH_TOPIC, LATCHED)
-        self._publisher.publish(path_message(frame, headed(points)))
+        self._publisher.publish(path_message(frame, sketch_poses(points)))

@@ -89,7 +89,7 @@ class _Recording:
 
     def state(self) -> dict[str, str]:
         """Return 'recording', 'writing', 'done' or 'failed', with the name, and the error in words."""
-        code, text = self._process.poll(), ''
+        code, failure = self._process.poll(), ''
         if code is None:
             state = 'writing' if self._stopping else 'recording'
         else:
@@ -97,9 +97,9 @@ class _Recording:
             if code:
                 self._reader.join(1.0)
                 lines = [line for line in list(self._printed) if line.strip()]
-                text = shortened(lines[-1].decode(errors='replace').strip() if lines
-                                 else f'it ended with exit code {code}')
-        return {'state': state, 'name': self.folder.name, 'text': text}
+                failure = shortened(lines[-1].decode(errors='replace').strip() if lines
+                                    else f'it ended with exit code {code}')
+        return {'state': state, 'name': self.folder.name, 'text': failure}
 
     def wait_for_begin(self) -> None:
         """Wait until it has found the topics and records, or has ended; raise BusyError if neither comes in time."""
@@ -120,7 +120,7 @@ class _Recording:
             self._process.kill()
 
 
-class Recordings:
+class PageRecordings:
     """
     The recordings of all pages, one at a time.
 

@@ -15,11 +15,11 @@ from mobile_robot_control.system.texts import printable
 _LOCAL = '127.0.0.1'
 
 
-def _read_address(text: str) -> str:
+def _read_address(address: str) -> str:
     """Read an address; an empty one would mean all addresses."""
-    if not text.strip():
+    if not address.strip():
         raise ValueError('is no address; write 127.0.0.1 for this machine alone, or 0.0.0.0 for all addresses')
-    return text
+    return address
 
 
 class DashboardRequest(NamedTuple):

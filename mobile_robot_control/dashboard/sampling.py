@@ -173,10 +173,10 @@ class Sampler:
 def message_text(kind: str, message: bytes) -> str:
     """Return a message as text for a table, for the types of the loop; its length for others."""
     try:
-        found: Any = read_or_refuse(kind, (partial(deserialise, kind),), message)
+        content: Any = read_or_refuse(kind, (partial(deserialise, kind),), message)
     except RefusedMessageError:
         return f'{len(message)} bytes'
-    return _written(found)
+    return _written(content)
 
 
 def _written(value: Any) -> str:

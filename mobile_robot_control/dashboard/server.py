@@ -101,8 +101,8 @@ class AccessGate:
     def _asks_for_cookie(self, scope: Scope) -> bool:
         if not self._token or scope['type'] != 'http' or scope['path'] != '/':
             return False
-        given = parse_qs(scope['query_string'].decode('latin-1')).get('token', [''])[0]
-        return hmac.compare_digest(given.encode(), self._token.encode())
+        token = parse_qs(scope['query_string'].decode('latin-1')).get('token', [''])[0]
+        return hmac.compare_digest(token.encode(), self._token.encode())
 
 
 def _is_of_another_page(headers: dict[str, str], host: str) -> bool:
@@ -159,12 +159,12 @@ class LogLines(logging.Handler):
         if now - self._printed_at < _QUIET:
             self._left_out += 1
             return
-        text = shortened(record.getMessage().strip().partition('\n')[0])
+        line = shortened(record.getMessage().strip().partition('\n')[0])
         if record.exc_info and record.exc_info[1]:
-            text += f' ({describe_error(record.exc_info[1])})'
+            line += f' ({describe_error(record.exc_info[1])})'
         more = f'; {self._left_out} more before' if self._left_out else ''
         self._printed_at, self._left_out = now, 0
-        print(f'dashboard: {record.name}: {text}{more}', file=sys.stderr, flush=True)
+        print(f'dashboard: {record.name}: {line}{more}', file=sys.stderr, flush=True)
 
 
 def log_in_lines() -> None:
@@ -256,8 +256,8 @@ class PageServer:
 
     async def _open(self, browser: WebSocket) -> None:
         """Serve a browser until it is gone."""
-        given = browser.query_params.get('from', '')
-        session = _Session(int(given) if given.isascii() and given.isdecimal() and len(given) < 16 else 0)
+        sequence = browser.query_params.get('from', '')
+        session = _Session(int(sequence) if sequence.isascii() and sequence.isdecimal() and len(sequence) < 16 else 0)
         await browser.accept()
         self._sessions.add(session)
         session.send('lessons', json.dumps(self._served.actions.teaching.shown()))
@@ -282,10 +282,10 @@ class PageServer:
         with contextlib.suppress(Exception):  # its nodes may be gone, too
             await self._served.actions.teaching.end(session)
 
-    async def _take(self, session: _Session, text: str) -> None:
+    async def _take(self, session: _Session, message: str) -> None:
         """Handle any message of a page."""
         try:
-            request = json.loads(text)
+            request = json.loads(message)
         except (ValueError, RecursionError):
             request = None
         request = request if isinstance(request, dict) else {}
@@ -358,10 +358,10 @@ class PageServer:
         if any(session.topics for session in sessions):
             texts['topics'] = await self._text(link.topic_table)
         for session in sessions:
-            for name, text in texts.items():
-                if session.told.get(name) != text and (name != 'topics' or session.topics):
-                    session.told[name] = text
-                    session.send(name, text)
+            for name, content in texts.items():
+                if session.told.get(name) != content and (name != 'topics' or session.topics):
+                    session.told[name] = content
+                    session.send(name, content)
 
     async def _text(self, look: Callable[[], Any]) -> str:
         """Return the result of a function in the link's thread as JSON."""

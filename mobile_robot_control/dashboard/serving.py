@@ -48,7 +48,7 @@ def serve(request: DashboardRequest, stop: Stop) -> None:
         # imported late: usage errors appear at once
         from mobile_robot_control.dashboard.actions import Actions  # noqa: PLC0415
         from mobile_robot_control.dashboard.link import RobotLink  # noqa: PLC0415
-        from mobile_robot_control.dashboard.recordings import Recordings  # noqa: PLC0415
+        from mobile_robot_control.dashboard.recordings import PageRecordings  # noqa: PLC0415
         from mobile_robot_control.dashboard.server import PageServer, Served  # noqa: PLC0415
         from mobile_robot_control.dashboard.snapshot import shown_state  # noqa: PLC0415
         from mobile_robot_control.dashboard.started_nodes import StartedNodes  # noqa: PLC0415
@@ -71,7 +71,7 @@ def serve(request: DashboardRequest, stop: Stop) -> None:
             nodes = StartedNodes(parameters, request.namespace, folder, supervisor.note_node)
             opened.callback(nodes.stop)
             nodes.start()
-        recordings = Recordings(folder / 'recordings', request.namespace)
+        recordings = PageRecordings(folder / 'recordings', request.namespace)
         opened.callback(recordings.close)
         robot = '' if request.attach and not request.sources.robot else Path(request.sources.robot or _ROBOT).stem
         actions = Actions(link, recordings, folder / 'saved', nodes, lessons, robot, not token)

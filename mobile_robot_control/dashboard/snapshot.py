@@ -6,7 +6,7 @@ from typing import Any
 
 from mobile_robot_control.dashboard.actions import Actions
 from mobile_robot_control.dashboard.link import RobotLink
-from mobile_robot_control.dashboard.recordings import Recordings
+from mobile_robot_control.dashboard.recordings import PageRecordings
 from mobile_robot_control.dashboard.sampling import COLUMNS
 from mobile_robot_control.dashboard.started_nodes import StartedNodes
 from mobile_robot_control.messages.cdr import deserialise
@@ -17,7 +17,7 @@ _POINTS = 2000
 
 
 def shown_state(
-    link: RobotLink, nodes: StartedNodes | None, recordings: Recordings, actions: Actions
+    link: RobotLink, nodes: StartedNodes | None, recordings: PageRecordings, actions: Actions
 ) -> dict[str, Any]:
     """Return the state of nodes and run; for the link's thread."""
     book = link.book

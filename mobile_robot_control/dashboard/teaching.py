@@ -178,13 +178,13 @@ class Teaching:
             control, changes = controls[number], Values()
             for target, factor in zip(control.sets, control.times, strict=True):
                 node, name = parameter_of(target)
-                given = value if isinstance(value, str) else float(value) * factor
+                target_value = value if isinstance(value, str) else float(value) * factor
                 if node == 'pose':
-                    self._pose[name] = float(given)
+                    self._pose[name] = float(target_value)
                 elif node == 'plan':
-                    self._limits[name] = float(given)
+                    self._limits[name] = float(target_value)
                 elif node in NODES:
-                    changes.setdefault(node, {})[name] = given
+                    changes.setdefault(node, {})[name] = target_value
             await self._set(changes)
             begins = control.begins_run or any(target.startswith(('pose.', 'plan.')) for target in control.sets)
             return await self._begin_run() if begins else 0

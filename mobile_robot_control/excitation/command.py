@@ -41,9 +41,9 @@ def parser() -> argparse.ArgumentParser:
     """Make the parser of `excite`."""
     # before all else: a signal is not lost
     stop = Stop()
-    made = make_parser('excite', __doc__, ExcitationRequest, _Consent)
-    made.set_defaults(stop=stop)
-    return made
+    command = make_parser('excite', __doc__, ExcitationRequest, _Consent)
+    command.set_defaults(stop=stop)
+    return command
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -116,11 +116,11 @@ class Agreement(NamedTuple):
     def commanded(self, command: BodyVelocity, measured: BodyVelocity, dt: float, area: Area) -> 'Agreement':
         """Return the agreement after some time [s] with a command and a velocity by odometry."""
         share = 0.0
-        for asked, shown, largest in zip(command, measured, area.fastest, strict=True):
+        for wanted, shown, largest in zip(command, measured, area.fastest, strict=True):
             if abs(shown) > _AT_REST * largest:
                 share = 1.0
-            elif abs(asked) >= _CLEAR * largest:
-                share = max(share, abs(asked) / largest)
+            elif abs(wanted) >= _CLEAR * largest:
+                share = max(share, abs(wanted) / largest)
         return self._replace(unseen=self.unseen + share * dt)
 
     def moved(self, way: float, turn: float, dt: float, area: Area) -> 'Agreement':
@@ -149,14 +149,14 @@ def _cycle(number: int) -> Iterator[Manoeuvre]:
     """Yield the manoeuvres of half a minute; later ones are slower, and drive other curves."""
     level = (1.0, 0.6, 0.3)[number % 3]
     velocities = BodyVelocity(1.0, 0.0), BodyVelocity(0.0, 1.0)
-    for one in velocities:
+    for velocity in velocities:
         for share in (level, -level):
-            yield Manoeuvre('hold', 1.2, _times(share, one))
-            yield Manoeuvre('hold', 0.5, _times(0.0, one))
+            yield Manoeuvre('hold', 1.2, _times(share, velocity))
+            yield Manoeuvre('hold', 0.5, _times(0.0, velocity))
     for shape, seconds, share in (('ramp', 6.0, 0.15), ('chirp', 3.0, 0.7 * level)):
-        for one in velocities:
-            yield Manoeuvre(shape, seconds, _times(share, one))
-            yield Manoeuvre('hold', 0.3, _times(0.0, one))
+        for velocity in velocities:
+            yield Manoeuvre(shape, seconds, _times(share, velocity))
+            yield Manoeuvre('hold', 0.3, _times(0.0, velocity))
     random = np.random.default_rng(number)
     for _ in range(10):
         linear, angular = random.choice([1.0, -1.0, 0.5, -0.5, 0.15, -0.15], 2)
@@ -195,14 +195,14 @@ def excite(
     -----
     A manoeuvre ends early if the robot could soon not stop within the box; the robot then drives back to the middle.
     """
-    asked = manoeuvre(state.number)
-    if not state.is_homing and time - state.since >= asked.seconds:
+    current = manoeuvre(state.number)
+    if not state.is_homing and time - state.since >= current.seconds:
         state = Excited(state.number + 1, time)
-        asked = manoeuvre(state.number)
+        current = manoeuvre(state.number)
     if state.is_homing and abs(pose.x) < _NEAR * area.ahead and abs(pose.y) < _NEAR * area.aside:
         state = Excited(state.number + 1, time)
-        asked = manoeuvre(state.number)
-    shares = _homing(pose) if state.is_homing else asked.at(time - state.since)
+        current = manoeuvre(state.number)
+    shares = _homing(pose) if state.is_homing else current.at(time - state.since)
     command = BodyVelocity(shares.linear * area.fastest.linear, shares.angular * area.fastest.angular)
     if _stops_outside(pose, velocity.linear, area):
         return state._replace(is_homing=True), BodyVelocity(0.0, 0.0)

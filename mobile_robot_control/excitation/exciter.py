@@ -95,11 +95,11 @@ class Exciter(Node):
             return self._sources()
         topic = self.resolve_topic_name(self._command)
         kinds = {info.topic_type for info in self.get_subscriptions_info_by_topic(topic)}
-        known = [kind for kind in (_STAMPED, PLAIN_TWIST) if kind in kinds]
-        if not known:
+        taken = [kind for kind in (_STAMPED, PLAIN_TWIST) if kind in kinds]
+        if not taken:
             return (f'no robot takes {topic} as TwistStamped or Twist; start its driver, or name the topic with '
                     '--topic cmd_vel:=/NAME')
-        self._kind = known[0] if len(known) == 1 else _STAMPED if self._stamped else PLAIN_TWIST
+        self._kind = taken[0] if len(taken) == 1 else _STAMPED if self._stamped else PLAIN_TWIST
         return ''
 
     def _sources(self) -> str:

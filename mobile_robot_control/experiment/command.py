@@ -57,9 +57,9 @@ def parser() -> argparse.ArgumentParser:
     """Make the parser of `experiment`."""
     # before all else: a signal is not lost
     stop = Stop()
-    made = make_parser('experiment', __doc__, ExperimentRequest, _Output, drives=True)
-    made.set_defaults(stop=stop)
-    return made
+    command = make_parser('experiment', __doc__, ExperimentRequest, _Output, drives=True)
+    command.set_defaults(stop=stop)
+    return command
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -164,8 +164,8 @@ def evaluate(
         for problem in run.problems:
             print(f'experiment: {problem}', file=sys.stderr)
         metrics |= run.metrics
-    made = provenance(command_line, runs[0].parameters if runs else None)
-    unwritten = [_write_metrics({**metrics, 'provenance': made}, output / 'metrics.json')]
+    origin = provenance(command_line, runs[0].parameters if runs else None)
+    unwritten = [_write_metrics({**metrics, 'provenance': origin}, output / 'metrics.json')]
     if with_report:
         unwritten += [_write_report(run, output, command_line, quiet) for run in runs]
     return Evaluated(metrics, tuple(filter(None, unwritten)))

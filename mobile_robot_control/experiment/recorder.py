@@ -228,9 +228,9 @@ class Recorder(Node):
         for status in diagnostics.status:
             if status.name in self._controllers and status.message.startswith(LAW_FAILED):
                 self.law_failure = self.law_failure or f'{self._controllers[status.name]}: {shortened(status.message)}'
-        found = {entry.key.removeprefix(SUBSCRIBERS_KEY): int(entry.value)
-                 for status in diagnostics.status for entry in status.values if entry.key.startswith(SUBSCRIBERS_KEY)}
-        return {topic: count for topic, count in found.items() if topic in self._loop}
+        counts = {entry.key.removeprefix(SUBSCRIBERS_KEY): int(entry.value)
+                  for status in diagnostics.status for entry in status.values if entry.key.startswith(SUBSCRIBERS_KEY)}
+        return {topic: count for topic, count in counts.items() if topic in self._loop}
 
     def _record(self, topic: str, kind: str, latched: bool, reliable: bool = True) -> None:
         of_loop = self._stamped.get(topic)

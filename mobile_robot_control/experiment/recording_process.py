@@ -59,11 +59,11 @@ def _record_bag(path: Path, namespace: str, stop: Stop, loop: LoopGraph) -> str:
         executor.add_node(recorder)
         # topics are discovered one after the other: the recording begins at one stamp for all of them
         recorder.first = NO_LIMIT
-        deadline, found = time.monotonic() + _DISCOVERY, 0
+        deadline, heard = time.monotonic() + _DISCOVERY, 0
         while not recorder.has_every_topic() and time.monotonic() < deadline:
             executor.spin_once(timeout_sec=0.05)
-            if len(recorder.newest) > found:
-                deadline, found = time.monotonic() + _DISCOVERY, len(recorder.newest)
+            if len(recorder.newest) > heard:
+                deadline, heard = time.monotonic() + _DISCOVERY, len(recorder.newest)
         recorder.first = max(recorder.newest.values(), default=0)
         print('recording', flush=True)
         while not stop.requested and not bag.failure:

@@ -120,12 +120,12 @@ def _configuration(
 ) -> Configuration:
     """Return the configuration of a bag; raise ParameterError if another is requested."""
     recorded = configure(load([file], [], namespace))
-    asked = {node: flatten(part) for node, part in recorded._asdict().items()}
+    wanted = {node: flatten(part) for node, part in recorded._asdict().items()}
     for node, values in sources.values(namespace).items():
-        asked[node] |= values
+        wanted[node] |= values
     if duration is not None:
-        asked['plant']['duration'] = duration
-    chosen = configure(asked)
+        wanted['plant']['duration'] = duration
+    chosen = configure(wanted)
     differing = [
         f'{node}.{name} = {value} is asked for, and the bag was recorded with {before}; leave it out'
         for (node, ours), theirs in zip(chosen._asdict().items(), recorded, strict=True)
@@ -139,11 +139,11 @@ def _configuration(
     return chosen
 
 
-def _same_waypoints(one: str, other: str) -> bool:
+def _same_waypoints(first: str, second: str) -> bool:
     """Return whether two files have the same waypoints; an experiment stores a copy."""
-    if NO_FILE in (one, other):
+    if NO_FILE in (first, second):
         return False
-    return read_waypoints_once(one)[:2] == read_waypoints_once(other)[:2]
+    return read_waypoints_once(first)[:2] == read_waypoints_once(second)[:2]
 
 
 def _faults(configuration: Configuration, recorded: LoopMessages) -> Iterator[str]:

@@ -72,10 +72,10 @@ class Replayer(Node):
                 and all(self._reaches_its_node(topic) for topic in self._topics))
 
     def _reaches_its_node(self, topic: str) -> bool:
-        found = [info for info in self.get_subscriptions_info_by_topic(self.resolve_topic_name(topic))
-                 if info.qos_profile.durability != DurabilityPolicy.TRANSIENT_LOCAL]
-        return (self._topics[topic].get_subscription_count() >= len(found)
-                and any(info.node_name in OTHER_INPUTS[topic] for info in found))
+        subscriptions = [info for info in self.get_subscriptions_info_by_topic(self.resolve_topic_name(topic))
+                         if info.qos_profile.durability != DurabilityPolicy.TRANSIENT_LOCAL]
+        return (self._topics[topic].get_subscription_count() >= len(subscriptions)
+                and any(info.node_name in OTHER_INPUTS[topic] for info in subscriptions))
 
     def set(self, node: str, values: Mapping[str, Any]) -> Future[Any]:
         """Set parameters of a node together; the result has `result.successful` and `result.reason`."""
@@ -206,9 +206,9 @@ class ReplayRun:
         self._answer(self._replayer.reset(), 'the plant did not answer reset')
         self._wait(lambda: self._runner.is_at(0), 'no new run began')
 
-    def _answer(self, asked: Future[Any], failure: str) -> Any:
-        self._wait(asked.done, failure)
-        return asked.result()
+    def _answer(self, answer: Future[Any], failure: str) -> Any:
+        self._wait(answer.done, failure)
+        return answer.result()
 
     def _wait(self, condition: Callable[[], Any], failure: str) -> None:
         if not self._runner.spin_until(condition, self._runner.patience):

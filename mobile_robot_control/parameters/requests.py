@@ -123,18 +123,18 @@ class Option(NamedTuple):
             raise ParameterError(map(printable, violations))
         return taken
 
-    def value(self, given: Any) -> Any:
+    def value(self, wanted: Any) -> Any:
         """Convert a value to that of the field; raise ParameterError if it is not allowed."""
-        given = given.tolist() if hasattr(given, 'tolist') else given
-        if given is None and not self.is_required:
+        wanted = wanted.tolist() if hasattr(wanted, 'tolist') else wanted
+        if wanted is None and not self.is_required:
             return self.default
         if not self.is_several:
-            return self.element(given)
-        if isinstance(given, Mapping):
-            given = list(given.items())
-        elements = [given] if isinstance(given, str | PathLike | int | float) else list(given)
+            return self.element(wanted)
+        if isinstance(wanted, Mapping):
+            wanted = list(wanted.items())
+        elements = [wanted] if isinstance(wanted, str | PathLike | int | float) else list(wanted)
         if self.field.length is not None and len(elements) not in (0, self.field.length):
-            raise ParameterError([f'{self.name} = {given!r} has {len(elements)} elements; write {self.field.length}'])
+            raise ParameterError([f'{self.name} = {wanted!r} has {len(elements)} elements; write {self.field.length}'])
         return tuple(map(self.element, elements))
 
 
@@ -158,7 +158,7 @@ def _options(request: Any) -> Iterator[Option]:
                      several, annotations[1] if len(annotations) > 1 else None)
 
 
-def make_request(request: type[Request], given: Mapping[str, Any]) -> Request:
+def make_request(request: type[Request], keywords: Mapping[str, Any]) -> Request:
     """
     Make a request from values by field name, checked as a whole.
 
@@ -166,7 +166,7 @@ def make_request(request: type[Request], given: Mapping[str, Any]) -> Request:
     ----------
     request : type
         The NamedTuple.
-    given : mapping of str to object
+    keywords : mapping of str to object
         Omitted fields, and those that are None, keep their defaults. A single text, number or path is accepted for a
         tuple.
 
@@ -183,19 +183,19 @@ def make_request(request: type[Request], given: Mapping[str, Any]) -> Request:
     """
     options = options_of(request)
     values: dict[str, Any] = {}
-    violations = [f"unknown option '{printable(name)}'; {nearest(name, options)}" for name in given
+    violations = [f"unknown option '{printable(name)}'; {nearest(name, options)}" for name in keywords
                   if name not in options and name not in request._fields]  # type: ignore[attr-defined]
     for name, option in options.items():
-        if option.is_required and given.get(name) is None:
+        if option.is_required and keywords.get(name) is None:
             violations.append(f'{name} is missing; it is needed: {option.field.description}')
             continue
         try:
-            values[name] = option.value(given.get(name))
+            values[name] = option.value(keywords.get(name))
         except ParameterError as error:
             violations += error.violations
     if violations:
         raise ParameterError(violations)
-    return assemble(request, {**given, **values})
+    return assemble(request, {**keywords, **values})
 
 
 def assemble(request: type[Request], values: Mapping[str, Any]) -> Request:
@@ -243,8 +243,8 @@ def _entry(option: Option, annotation: Any) -> str:
     meaning = f'if {not option.default}, {option.meaning}' if option.kind is bool else option.meaning
     # those of a registry may change, and are listed by the command line
     bounds = option.bounds if isinstance(option.field.choices, tuple) else ''
-    text = f'{meaning[0].upper()}{meaning[1:]}{f" ({bounds})" if bounds else ""}.'
-    return f'{option.name} : {_type_text(annotation)}\n{textwrap.indent(textwrap.fill(text, 100), "    ")}'
+    sentence = f'{meaning[0].upper()}{meaning[1:]}{f" ({bounds})" if bounds else ""}.'
+    return f'{option.name} : {_type_text(annotation)}\n{textwrap.indent(textwrap.fill(sentence, 100), "    ")}'
 
 
 def _type_text(annotation: Any) -> str:

@@ -49,13 +49,13 @@ def parser() -> argparse.ArgumentParser:
 
 def _table(plan: Plan) -> str:
     """Return a plan as CSV."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator='\n')
     writer.writerow(COLUMNS)
     for time, pose, velocity, limit in zip(plan.time.tolist(), plan.pose.tolist(), plan.velocity.tolist(), plan.limit,
                                            strict=True):
         writer.writerow([time, *pose, *velocity, limit])
-    return text.getvalue()
+    return table.getvalue()
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -104,24 +104,24 @@ def _pictures(plan: Plan) -> list[str]:
 
 def plans_of_runs(runs: Sequence[Run]) -> list[str]:
     """Return the plans of the initial paths of runs, each once, as HTML."""
-    found: dict[PathRequest, tuple[Configuration, list[str]]] = {}
+    by_path: dict[PathRequest, tuple[Configuration, list[str]]] = {}
     for run in runs:
         cart = run.parameters.reference_cart if run.parameters else None
         path = () if cart is None or awaits_path(cart) else path_of(cart)
         if path and run.parameters:
-            found.setdefault(path, (run.parameters, []))[1].append(run.name)
-    return [part for configuration, names in found.values() for part in (
+            by_path.setdefault(path, (run.parameters, []))[1].append(run.name)
+    return [part for configuration, names in by_path.values() for part in (
         *([f'<h3>{escape(", ".join(names))}</h3>'] if len(runs) > 1 else []), *_pictures(plan_of(configuration)))]
 
 
 def plan_page(plan: Plan, title: str) -> str:
     """Return the page of a plan."""
     rows = [(name or 'none', f'{share:.1%}') for name, share in plan.active.items()]
-    given = [(name, f'{value:g}') for name, value in plan.limits.items() if value]
+    limits = [(name, f'{value:g}') for name, value in plan.limits.items() if value]
     parts = [
         f'<h1>{escape(title)}</h1>', *_pictures(plan),
         page.section('limits', 'Limits', page.html_table(('active limit', 'share of the time'), rows),
-                     page.html_table(('timing', 'value in SI units'), given)),
+                     page.html_table(('timing', 'value in SI units'), limits)),
         page.section('made', 'How it was made', page.made_with(plan.provenance)),
     ]
     return page.page(title, parts)

@@ -84,15 +84,15 @@ def _deviation(stretch: Stretch) -> float:
     way = np.array(polyline(lap, _FINE))
     starts, legs = way[:-1], np.diff(way, axis=0)
     squares = (legs * legs).sum(axis=1)
-    found = 0.0
+    largest = 0.0
     for n, point in enumerate(stretch.request.waypoints.points):
         span = bisect_right(numbers, n) - 1
         around = range((span - _BESIDE) * _FINE, (span + _BESIDE) * _FINE)
         near = [at % len(legs) for at in around if path.closed or 0 <= at < len(legs)]
         away, leg = np.array(point) - starts[near], legs[near]
         along = np.clip((away * leg).sum(axis=1) / squares[near], 0.0, 1.0)
-        found = max(found, float(np.hypot(*(away - along[:, None] * leg).T).min()))
-    return found
+        largest = max(largest, float(np.hypot(*(away - along[:, None] * leg).T).min()))
+    return largest
 
 
 def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
@@ -107,7 +107,7 @@ def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
     robot, coulomb = cart.shared.robot, cart.friction.coulomb
     request = path_of(cart)
     assert request  # noqa: S101 (for mypy: it drives a path)
-    given = request.waypoints.points
+    waypoints = request.waypoints.points
 
     def torques(reference: Reference) -> list[float]:
         wheels = wheel_velocity(reference.velocity, robot)
@@ -120,6 +120,6 @@ def plan_of(configuration: Configuration, command_line: str = '') -> Plan:
         acceleration=np.array([reference.acceleration for reference in references]),
         wheel_velocity=np.array([wheel_velocity(reference.velocity, robot) for reference in references]),
         wheel_torque=np.array([torques(reference) for reference in references]), limit=limit, duration=path.period,
-        length=path.length, waypoints=np.array(given), repeated=request.waypoints.repeated,
+        length=path.length, waypoints=np.array(waypoints), repeated=request.waypoints.repeated,
         deviation=max(map(_deviation, route_of(request).stretches)), ignored=path.ignored, limits=flatten(cart.timing),
         active=path.shares(), provenance=provenance(command_line, configuration))

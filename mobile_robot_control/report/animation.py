@@ -141,5 +141,5 @@ def write_frames(pictures: Sequence[Image.Image], file: Path, colors: int = _COL
         return
     # one palette for all frames, from a frame that contains everything
     palette = pictures[len(pictures) // 2].quantize(colors)
-    drawn = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
-    drawn[0].save(file, save_all=True, append_images=drawn[1:], duration=times, loop=0, optimize=True)
+    frames = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
+    frames[0].save(file, save_all=True, append_images=frames[1:], duration=times, loop=0, optimize=True)

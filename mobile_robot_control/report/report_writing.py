@@ -89,14 +89,14 @@ def latency(series: Series, question: str, answer: str) -> Line:
     In lockstep it is the answer with the same stamp; on the wall clock the latency is the age of the newest question at
     the receipt of the answer.
     """
-    asked, answered = _received(series, question), _received(series, answer)
-    if not asked.size or not answered.size:
+    questioned, answered = _received(series, question), _received(series, answer)
+    if not questioned.size or not answered.size:
         return Line(np.zeros(0), np.zeros(0))
     questions, answers = (series.signals[topic].stamps for topic in (question, answer))
-    place = np.searchsorted(asked, answered) - 1 if series.origin else np.searchsorted(questions, answers)
-    place = np.clip(place, 0, asked.size - 1)
-    fits = asked[place] <= answered if series.origin else questions[place] == answers
-    return Line(series.time(answer)[fits], 1e3 * (answered[fits] - asked[place][fits]))
+    place = np.searchsorted(questioned, answered) - 1 if series.origin else np.searchsorted(questions, answers)
+    place = np.clip(place, 0, questioned.size - 1)
+    fits = questioned[place] <= answered if series.origin else questions[place] == answers
+    return Line(series.time(answer)[fits], 1e3 * (answered[fits] - questioned[place][fits]))
 
 
 class Quantiles(NamedTuple):
@@ -142,9 +142,9 @@ def timing_table(series: Series) -> str:
     return between + (html_table(['from question to answer', 'median', '99 %', 'longest'], answers) if answers else '')
 
 
-def _written(found: Quantiles | None) -> list[str]:
+def _written(numbers: Quantiles | None) -> list[str]:
     """Return quantiles [ms] as the cells of a table."""
-    return ['–'] * 3 if found is None else [f'{value:.3g} ms' for value in found]
+    return ['–'] * 3 if numbers is None else [f'{value:.3g} ms' for value in numbers]
 
 
 def run_description(run: Run) -> str:
@@ -174,14 +174,14 @@ def _rates(run: Run) -> tuple[float, float]:
 
 def step_note(runs: Sequence[Run]) -> str:
     """Return sentences that explain torque steps due to less frequent commands; empty if there are none."""
-    found: dict[tuple[float, float], list[str]] = {}
+    by_rates: dict[tuple[float, float], list[str]] = {}
     for run in runs:
         fast, slow = _rates(run)
         if fast > 1.5 * slow > 0.0:
-            found.setdefault((fast, slow), []).append(run.name)
+            by_rates.setdefault((fast, slow), []).append(run.name)
     notes = []
-    for (fast, slow), names in found.items():
-        whose = '' if len(found) == 1 else f'{", ".join(names)}: '
+    for (fast, slow), names in by_rates.items():
+        whose = '' if len(by_rates) == 1 else f'{", ".join(names)}: '
         notes.append(f'{whose}The velocity loop sets a torque {fast:.4g} times a second, the position law a command '
                      f'only {slow:.4g} times: steps that come every {1e3 / slow:.3g} ms and decay over a few torques, '
                      f'{1e3 / fast:.3g} ms apart, are the answers to new commands, not noise.')
@@ -241,7 +241,7 @@ def _charts(shown: Sequence[_Shown], runs: Sequence[Run]) -> str:
 
 def _parts(
     runs: Sequence[Run], folder: Path, step: Step, animation: bool, absent: Sequence[str],
-    made: Mapping[str, Any], twins: Twins | None = None,
+    origin: Mapping[str, Any], twins: Twins | None = None,
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     over_dds = [run for run in runs if timed(run.series)]
@@ -280,7 +280,7 @@ def _parts(
         tables = [part for run in over_dds
                   for part in ([f'<h3>{escape(run.name)}</h3>'] if len(runs) > 1 else []) + [timing_table(run.series)]]
         yield page.section('timing', 'Timing', *tables, page.grid(one.html for one in timing))
-    yield page.section('configuration', 'Configuration', configuration_table(runs), page.made_with(made))
+    yield page.section('configuration', 'Configuration', configuration_table(runs), page.made_with(origin))
     yield _charts([*figures, *timing], runs)
 
 
@@ -338,11 +338,11 @@ def write_report(
     (folder / 'figures').mkdir(parents=True, exist_ok=True)
     file = folder / 'report.html'
     runs, twins = with_twins(runs)
-    made = {run.name: provenance(command_line, run.parameters) for run in runs}
-    parts = _parts(runs, folder / 'figures', step, animation, absent, made[runs[0].name], twins)
+    origins = {run.name: provenance(command_line, run.parameters) for run in runs}
+    parts = _parts(runs, folder / 'figures', step, animation, absent, origins[runs[0].name], twins)
     styles, scripts = [*replay_styles(), *chart_styles()], [*replay_scripts(), *chart_scripts()]
     write_atomically(file, page.page(_title(runs), parts, styles, scripts))
-    metrics = {run.name: run.metrics | {'problems': list(run.problems), 'provenance': made[run.name]} for run in runs}
+    metrics = {run.name: run.metrics | {'problems': [*run.problems], 'provenance': origins[run.name]} for run in runs}
     between = {TWINS: twins._asdict()} if twins else {}
     write_atomically(folder / 'report.json', json.dumps(metrics | between, indent=2) + '\n')
     return file

@@ -59,14 +59,15 @@ class Twins(NamedTuple):
     @property
     def sentence(self) -> str:
         """The comparison in words."""
-        text = (f'From {self.begin:.3g} to {self.end:.3g} s the real robot is {100.0 * self.rms_position:.3g} cm from '
-                f'the simulated one (RMS; {100.0 * self.max_position:.3g} cm at most). RMS position error '
-                f'{100.0 * self.real_error:.3g} cm real ({self.error}), {100.0 * self.simulated_error:.3g} cm '
-                'simulated.')
+        words = (f'From {self.begin:.3g} to {self.end:.3g} s the real robot is {100.0 * self.rms_position:.3g} cm '
+                 f'from the simulated one (RMS; {100.0 * self.max_position:.3g} cm at most). RMS position error '
+                 f'{100.0 * self.real_error:.3g} cm real ({self.error}), {100.0 * self.simulated_error:.3g} cm '
+                 'simulated.')
         if self.references_apart > _ALIKE:
-            text += (f' Their references are {100.0 * self.references_apart:.3g} cm apart (RMS), so that this compares '
-                     'different motions: simulate the curve or the path, its placement and its period of the real run.')
-        return text
+            words += (f' Their references are {100.0 * self.references_apart:.3g} cm apart (RMS), so that this '
+                      'compares different motions: simulate the curve or the path, its placement and its period of '
+                      'the real run.')
+        return words
 
 
 def with_twins(runs: Sequence[Run]) -> tuple[list[Run], Twins | None]:

@@ -27,7 +27,7 @@ from mobile_robot_control.cli import make_main, make_parser, request_of
 from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.runs.csv_table import write_csv
-from mobile_robot_control.runs.request import Simulated, Simulation, SimulationRequest
+from mobile_robot_control.runs.request import Simulation, SimulationRequest, SimulationResult
 from mobile_robot_control.runs.words import run_sentence
 from mobile_robot_control.settings.files import save_configuration
 from mobile_robot_control.settings.nodes import Configuration, has_exact_odometry, known_course
@@ -46,7 +46,7 @@ class SimulationFiles(NamedTuple):
 
 def simulate_into_files(
     request: SimulationRequest, files: SimulationFiles, command_line: str
-) -> tuple[Simulated, Configuration]:
+) -> tuple[SimulationResult, Configuration]:
     """Simulate until the end or an interrupt, and write; return the result, and the configuration."""
     simulation = Simulation(request)
     parameters = simulation.parameters

@@ -32,7 +32,7 @@ class SimulationRequest(NamedTuple):
     duration: Annotated[float, Field('s', 'simulated time', above=0.0)]
 
 
-class Simulated(NamedTuple):
+class SimulationResult(NamedTuple):
     """
     The result of a simulation.
 
@@ -76,7 +76,9 @@ class Simulation:
             plant=configured.plant._replace(duration=request.duration))
         self.steps = round(request.duration * rate) + 1
 
-    def run(self, pipe: Pipe = lambda samples: samples, is_stopped: Callable[[], bool] = lambda: False) -> Simulated:
+    def run(
+        self, pipe: Pipe = lambda samples: samples, is_stopped: Callable[[], bool] = lambda: False
+    ) -> SimulationResult:
         """
         Run it.
 
@@ -89,7 +91,7 @@ class Simulation:
 
         Returns
         -------
-        Simulated
+        SimulationResult
             Its metrics, and the reason of an early end.
 
         """
@@ -118,7 +120,7 @@ class Simulation:
         metrics = summary(run)
         law = self.parameters.position_controller.control.controller_type
         at = f'at t = {metrics["duration"]} s'
-        return Simulated(metrics, {
+        return SimulationResult(metrics, {
             'completed': '',
             'interrupted': f'interrupted {at}',
             'diverged': f'the motion diverged {at}; lower the gains or raise the rates',

@@ -67,12 +67,12 @@ def search_into_files(request: SearchRequest, files: SearchFiles, command_line: 
         standing = math.inf if files.overwrite else _standing(output, objective, request.controller)
         journal = _journal(search, files)
         staged, is_lost = _searched(search, trials, journal, interrupt)
-        found = staged.found
-        why = '' if is_lost else no_result(found)
+        best = staged.result
+        why = '' if is_lost else no_result(best)
         if why:
-            before = found.point is None and interrupt.requested
+            before = best.point is None and interrupt.requested
             print(f'tune: {"interrupted before the first generation was scored" if before else why}', file=sys.stderr)
-        if why or found.point is None:
+        if why or best.point is None:
             return 1
         written = _write(tuned_of(search, staged, objective, command_line), files.output, standing, trials)
     if is_lost:
@@ -80,7 +80,7 @@ def search_into_files(request: SearchRequest, files: SearchFiles, command_line: 
     if staged.is_complete:
         journal.file.unlink(missing_ok=True)
     elif interrupt.requested:
-        print(f'tune: interrupted after {len(found.history)} generations; --resume goes on', file=sys.stderr)
+        print(f'tune: interrupted after {len(best.history)} generations; --resume goes on', file=sys.stderr)
         return 1
     return 0 if written else 1
 
@@ -95,19 +95,19 @@ def _searched(search: Search, trials: TrialRunner, journal: Journal, interrupt: 
         try:
             staged = search.run(trials, journal, progress, lambda: interrupt.requested)
             # stages that were not needed
-            bar.update(search.most_generations - len(staged.found.history))
+            bar.update(search.most_generations - len(staged.result.history))
             return staged, False
         except OSError as error:
-            staged = error.found  # type: ignore[attr-defined]
+            staged = error.result  # type: ignore[attr-defined]
             print(f'tune: {printable(str(error.filename or journal.file))}: {error.strerror or error}; earlier scores '
                   'are kept: fix this and continue with --resume', file=sys.stderr)
         finally:
             journal.close()
-    found = staged.found
-    if found.point is not None:
+    best = staged.result
+    if best.point is not None:
         gains = Objective(search.parameters, search.goal._replace(genes=staged.genes), trials).gains(
-            found.point.tolist())
-        print(f'tune: the best of {len(found.history)} generations has the objective {found.score:.6g}: '
+            best.point.tolist())
+        print(f'tune: the best of {len(best.history)} generations has the objective {best.score:.6g}: '
               f'{space.parameters(staged.genes, gains)}', file=sys.stderr)
     return staged, True
 

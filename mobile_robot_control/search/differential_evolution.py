@@ -40,15 +40,15 @@ def evolve(
         second = rng.integers(1, population - 1, size=population)
         second += second >= first
         first, second = (rows + first) % population, (rows + second) % population
-        made = points[np.argmin(scores)] + factor * (points[first] - points[second])
+        trial = points[np.argmin(scores)] + factor * (points[first] - points[second])
         crossed = rng.random((population, genes)) < _CROSSOVER
         crossed[rows, rng.integers(genes, size=population)] = True
-        made = np.where(crossed, made, points)
+        trial = np.where(crossed, trial, points)
         # beyond the cube, anywhere within it
-        made = np.where((made < LOWEST_POINT) | (made > 1.0), LOWEST_POINT + width * rng.random(made.shape), made)
-        found = score(made)
-        better = found <= scores
-        points, scores = np.where(better[:, None], made, points), np.where(better, found, scores)
+        trial = np.where((trial < LOWEST_POINT) | (trial > 1.0), LOWEST_POINT + width * rng.random(trial.shape), trial)
+        trial_scores = score(trial)
+        better = trial_scores <= scores
+        points, scores = np.where(better[:, None], trial, points), np.where(better, trial_scores, scores)
     return points, scores
 
 

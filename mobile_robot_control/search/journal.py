@@ -22,16 +22,16 @@ from mobile_robot_control.system.files import JOURNAL, parse_json, read_bounded,
 
 def _line(content: Any) -> bytes:
     """Return a line of the file: the checksum of a JSON text, and the text."""
-    text = json.dumps(content)
-    return f'{zlib.crc32(text.encode()):08x} {text}\n'.encode()
+    encoded = json.dumps(content)
+    return f'{zlib.crc32(encoded.encode()):08x} {encoded}\n'.encode()
 
 
 def _content(line: bytes) -> Any:
     """Read the content of a line; raise ValueError if it is damaged."""
-    checksum, _, text = line.rstrip(b'\n').partition(b' ')
-    if not line.endswith(b'\n') or f'{zlib.crc32(text):08x}'.encode() != checksum:
+    checksum, _, encoded = line.rstrip(b'\n').partition(b' ')
+    if not line.endswith(b'\n') or f'{zlib.crc32(encoded):08x}'.encode() != checksum:
         raise ValueError('checksum')
-    return parse_json(text)
+    return parse_json(encoded)
 
 
 def _scored(content: Any) -> tuple[int, Scores]:
@@ -110,16 +110,16 @@ class Journal:
         return ParameterError([f'{self.file}: line {number + 1} of {len(lines)} is damaged; restore the file, or begin '
                                'anew without --resume'])
 
-    def _check_settings(self, found: Any) -> None:
+    def _check_settings(self, begun: Any) -> None:
         """Raise ParameterError unless the file belongs to a search with the same settings."""
-        if found == self._settings:
+        if begun == self._settings:
             return
-        if not isinstance(found, dict):
+        if not isinstance(begun, dict):
             raise ParameterError([f'{self.file}: is not the journal of a search; name another --output'])
         raise ParameterError(
-            f'{self.file}: was begun with {name} = {found.get(name)!r}, and now it is {self._settings.get(name)!r}; '
+            f'{self.file}: was begun with {name} = {begun.get(name)!r}, and now it is {self._settings.get(name)!r}; '
             'give the same options, or begin anew without --resume'
-            for name in sorted({*found, *self._settings}) if found.get(name) != self._settings.get(name)
+            for name in sorted({*begun, *self._settings}) if begun.get(name) != self._settings.get(name)
         )
 
     def replay(self, points: Points) -> Scores | None:

@@ -88,32 +88,32 @@ class Better(NamedTuple):
     ----------
     gains : Gains
         The better ones.
-    found, configured : float
+    searched, configured : float
         Both scores.
     """
 
     gains: Gains
-    found: float
+    searched: float
     configured: float
 
     @property
     def as_configured(self) -> bool:
         """Whether the configured ones are better."""
-        return self.configured < self.found
+        return self.configured < self.searched
 
     @property
     def score(self) -> float:
         """Of the better ones."""
-        return self.configured if self.as_configured else self.found
+        return self.configured if self.as_configured else self.searched
 
     def text(self, generations: int) -> str:
         """Return which ones are better, as a sentence."""
         after = f'after {generations} generation{"s" * (generations != 1)}'
         if self.as_configured:
-            return (f'the configured gains are better and stay: objective {self.configured:.6g}, and {self.found:.6g} '
-                    f'was found {after}')
+            return (f'the configured gains are better and stay: objective {self.configured:.6g}, and '
+                    f'{self.searched:.6g} was found {after}')
         before = 'those configured fail' if not self.configured < WORST else f'{self.configured:.6g} as configured'
-        return f'the gains found are better: objective {self.found:.6g} {after}, {before}'
+        return f'the gains found are better: objective {self.searched:.6g} {after}, {before}'
 
 
 def is_random(configuration: Configuration) -> bool:
@@ -202,10 +202,10 @@ class Objective:
                 point[columns] += 0.5 * (towards - point[columns])
         return begun
 
-    def better(self, found: Gains) -> 'Better':
+    def better(self, searched: Gains) -> 'Better':
         """Return the better ones of found gains and of those configured, which no search has to reach."""
-        scores = self.score(found), self.score(self.configured)
-        return Better(self.configured if scores[1] < scores[0] else found, *scores)
+        scores = self.score(searched), self.score(self.configured)
+        return Better(self.configured if scores[1] < scores[0] else searched, *scores)
 
     def spread(self, configuration: Configuration) -> tuple[float, ...]:
         """Return the RMS errors [m] of the configured run over some seeds, ascending; () without noise."""
@@ -231,13 +231,13 @@ class Objective:
 
     def _with(self, several: Sequence[Gains]) -> VariedTrials:
         """Return the trials of controllers, those of each one a scenario."""
-        found = []
+        loops = []
         for gains in several:
             law, law_gains = declared_gains(gains.control)
-            found.append(LoopGains(law.name, driving_start(law, self._trials[0].form),
+            loops.append(LoopGains(law.name, driving_start(law, self._trials[0].form),
                                    selected_velocity_law(gains.velocity)[1], law_gains,
                                    lead(gains.control.feedforward)))
-        return VariedTrials(self._trials, found)
+        return VariedTrials(self._trials, loops)
 
     def _score(self, outcomes: Sequence[Outcome]) -> float:
         """Combine the objectives of all scenarios."""

@@ -90,7 +90,7 @@ def _answer(runs: Sequence[Run], holds: Promise, minimised: str) -> str:
 
 def _parts(
     title: str, history: Sequence[Generation], runs: Sequence[Run], holds: Promise, minimised: str, svg: str,
-    made: Mapping[str, Any],
+    origin: Mapping[str, Any],
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     figures = [figure for kind in RUN_FIGURES if (figure := kind.of_runs(runs))]
@@ -107,14 +107,14 @@ def _parts(
     yield page.section('holds', 'What holds', *promise_parts(holds))
     yield page.section('figures', 'Figures', page.grid(
         page.live(figure.title, figure.caption, figure.name) for figure in figures))
-    yield page.section('configuration', 'Configuration', configuration_table(runs), page.made_with(made))
+    yield page.section('configuration', 'Configuration', configuration_table(runs), page.made_with(origin))
     yield chart_numbers(figures, runs)
     yield page.json_block('search-data', convergence(history))
 
 
 def write_search_page(
     file: Path, title: str, history: Sequence[Generation], runs: Sequence[Run], holds: Promise, minimised: str,
-    svg: str, made: Mapping[str, Any],
+    svg: str, origin: Mapping[str, Any],
 ) -> None:
     """
     Write the page of a search.
@@ -135,9 +135,9 @@ def write_search_page(
         Metric that the search minimised.
     svg : str
         The figure of the search, for paper and for browsers without scripts.
-    made : mapping of str to object
+    origin : mapping of str to object
         Result of `provenance`.
     """
-    parts = _parts(title, history, runs, holds, minimised, svg, made)
+    parts = _parts(title, history, runs, holds, minimised, svg, origin)
     write_atomically(file, page.page(title, parts, [*replay_styles(), *chart_styles()],
                                      [*replay_scripts(), *chart_scripts(), asset('search.js')]))

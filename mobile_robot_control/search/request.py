@@ -35,7 +35,7 @@ from mobile_robot_control.search.objective import (
 )
 from mobile_robot_control.search.search import ALGORITHMS, Generation, SearchSettings
 from mobile_robot_control.search.space import MOST_GENES, PER_GENE, POPULATION, population_for
-from mobile_robot_control.search.stages import REPEATS, WIDENINGS, Plan, Staged, search_in_stages
+from mobile_robot_control.search.stages import REPEATS, WIDENINGS, Staged, StagePlan, search_in_stages
 from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.nodes import Configuration, path_of
 from mobile_robot_control.version import __version__
@@ -122,20 +122,20 @@ class SearchRequest(NamedTuple):
 
 def _scenarios(request: SearchRequest, parameters: Configuration) -> Iterator[Scenario]:
     """Yield the scenarios of a search: the listed ones, then the random ones."""
-    asked, nominal = request.scenarios, configured_scenario(parameters)
-    curves: Sequence[str] = asked.curves or (nominal.curve,)
-    scales: Sequence[float] = asked.scales or (nominal.scale,)
-    delays: Sequence[int] = asked.delays or (nominal.delay,)
+    wanted, nominal = request.scenarios, configured_scenario(parameters)
+    curves: Sequence[str] = wanted.curves or (nominal.curve,)
+    scales: Sequence[float] = wanted.scales or (nominal.scale,)
+    delays: Sequence[int] = wanted.delays or (nominal.delay,)
     # by default the robot starts with the cart, on every curve
-    given = 'initial_pose' in request.sources.values()['plant']
-    starts = asked.start or (None if given else Pose(0.0, 0.0, 0.0),)
-    listed = scenario_grid(nominal, curves, scales, starts, asked.mass, asked.friction, delays)
-    yield from (rubbed(one, value) for one in listed for value in asked.coulomb) if asked.coulomb else listed
-    spread = ScenarioDistribution(tuple(curves), tuple(scales), asked.within, asked.variation, nominal.noise, 0)
-    drawn = np.random.default_rng((asked.scenario_seed, _STREAM))
-    for n, scenario in enumerate(draw_scenarios(spread, asked.random, asked.scenario_seed)):
+    is_placed = 'initial_pose' in request.sources.values()['plant']
+    starts = wanted.start or (None if is_placed else Pose(0.0, 0.0, 0.0),)
+    listed = scenario_grid(nominal, curves, scales, starts, wanted.mass, wanted.friction, delays)
+    yield from (rubbed(one, value) for one in listed for value in wanted.coulomb) if wanted.coulomb else listed
+    spread = ScenarioDistribution(tuple(curves), tuple(scales), wanted.within, wanted.variation, nominal.noise, 0)
+    rng = np.random.default_rng((wanted.scenario_seed, _STREAM))
+    for n, scenario in enumerate(draw_scenarios(spread, wanted.random, wanted.scenario_seed)):
         late = scenario._replace(delay=delays[n % len(delays)])
-        yield rubbed(late, float(drawn.uniform(asked.coulomb[0], asked.coulomb[1]))) if asked.coulomb else late
+        yield rubbed(late, float(rng.uniform(wanted.coulomb[0], wanted.coulomb[1]))) if wanted.coulomb else late
 
 
 class Search:
@@ -155,7 +155,7 @@ class Search:
         Target of the optimisation.
     settings : SearchSettings
         Algorithm, sizes and seed.
-    plan : Plan
+    plan : StagePlan
         The searches after the first one.
 
     """
@@ -169,8 +169,8 @@ class Search:
             request.algorithm, len(genes), request.population or population,
             request.generations or _GENERATIONS[staged], request.seed, request.time_limit or 0.0)
         fixed = frozenset(space.names_of('bounds', genes, dict(request.bounds)))
-        self.plan = Plan(WIDENINGS, REPEATS, fixed, space.numbers_of(
-            genes, configured_gains(self.parameters))) if staged else Plan()
+        self.plan = StagePlan(WIDENINGS, REPEATS, fixed, space.numbers_of(
+            genes, configured_gains(self.parameters))) if staged else StagePlan()
 
     @property
     def most_generations(self) -> int:

@@ -130,10 +130,10 @@ class Tuned(NamedTuple):
 
 def tuned_of(search: Search, staged: Staged, objective: Objective, command_line: str) -> Tuned:
     """Return the result of a search that has found a point: the better of its gains and those configured."""
-    found = staged.found
-    assert found.point is not None  # noqa: S101 (for mypy: callers have checked)
+    best = staged.result
+    assert best.point is not None  # noqa: S101 (for mypy: callers have checked)
     better = objective.better(rounded(space.decode(
-        staged.genes, found.point.tolist(), objective.configured)))
+        staged.genes, best.point.tolist(), objective.configured)))
     configuration = search.tuned(better.gains)
     named = {f'{node}.{name}': value for node, values in space.parameters(search.goal.genes, better.gains).items()
              for name, value in values.items()}
@@ -143,7 +143,7 @@ def tuned_of(search: Search, staged: Staged, objective: Objective, command_line:
     slow = slow_integrals(better.gains.velocity.gains, configuration.plant.shared.robot) if is_pi else ''
     cautions = (*edges, *([f'slow integrals: {slow}; {_assumed(search)}'] if slow else []))
     return Tuned(
-        controller=search.goal.controller, objective=better.score, parameters=named, history=found.history,
+        controller=search.goal.controller, objective=better.score, parameters=named, history=best.history,
         configuration=configuration, provenance=provenance(command_line, configuration), search=search, better=better,
         cautions=cautions, confirmation=staged.confirmation)
 
@@ -262,8 +262,8 @@ def parameter_file(configuration: Configuration, keep: Mapping[str, Sequence[str
 
 def history_table(history: Sequence[Generation]) -> str:
     """Return the history of a search as CSV, one row a generation."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator='\n')
     writer.writerow(Generation._fields)
     writer.writerows(history)
-    return text.getvalue()
+    return table.getvalue()

@@ -61,7 +61,7 @@ class Generation(NamedTuple):
     lost: int
 
 
-class Found(NamedTuple):
+class SearchResult(NamedTuple):
     """
     The result of a search.
 
@@ -91,7 +91,7 @@ def run_search(
     progress: Callable[[Generation], object] = lambda _: None,
     stopped: Callable[[], bool] = lambda: False,
     begin: Begin = lambda drawn: drawn,
-) -> Found:
+) -> SearchResult:
     """
     Search the unit cube for the point with the smallest score.
 
@@ -112,13 +112,13 @@ def run_search(
 
     Returns
     -------
-    Found
+    SearchResult
         The best point and the history.
 
     Raises
     ------
     OSError
-        If the journal cannot be written; its attribute ``found`` is the result so far.
+        If the journal cannot be written; its attribute ``result`` is the result so far.
     """
     best: tuple[float, Points | None] = (np.inf, None)
     history: list[Generation] = []
@@ -159,9 +159,9 @@ def run_search(
         if not stopped():
             raise
     except OSError as error:
-        error.found = Found(best[1], best[0], tuple(history))  # type: ignore[attr-defined]
+        error.result = SearchResult(best[1], best[0], tuple(history))  # type: ignore[attr-defined]
         raise
-    return Found(best[1], best[0], tuple(history))
+    return SearchResult(best[1], best[0], tuple(history))
 
 
 def _generation(history: Sequence[Generation], scores: Sequence[float]) -> Generation:
@@ -176,9 +176,9 @@ def _clean(scores: Scores) -> Scores:
     return np.where(np.isfinite(scores), np.minimum(scores, WORST), WORST)
 
 
-def no_result(found: Found) -> str:
+def no_result(result: SearchResult) -> str:
     """Explain why a completed search has found nothing; '' if it has."""
-    if found.point is None:
+    if result.point is None:
         return 'the time limit is too short for one generation'
-    return '' if found.score < WORST else (
+    return '' if result.score < WORST else (
         'no individual could be scored: all are unstable or diverge; give tighter --bounds or raise the rates')

@@ -68,7 +68,7 @@ def widened(
 
     A positive lower bound, or a negative upper one, is halved; one at 0 moves by the width. Fixed genes stay.
     """
-    found = []
+    wider = []
     for gene, u in zip(genes, point, strict=True):
         low, high, (least, most) = gene.low, gene.high, _allowed(gene.name)
         width = high - low
@@ -79,8 +79,8 @@ def widened(
         # of a wide search, the share at its edge begins far above a small positive bound
         elif u <= _EDGE and (low <= 0.0 or low + width * u < 2.0 * low):
             low = max(least, 0.5 * low if low > 0.0 else 2.0 * low if low < 0.0 else -width)
-        found.append(Gene(gene.name, low, high))
-    return tuple(found)
+        wider.append(Gene(gene.name, low, high))
+    return tuple(wider)
 
 
 def numbers_at(genes: Sequence[Gene], point: Sequence[float]) -> tuple[float, ...]:
@@ -215,21 +215,21 @@ def _short_forms(name: str) -> set[str]:
     return ends | {_unbracketed(end) for end in ends}
 
 
-def _resolve(option: str, genes: Sequence[Gene], given: str, arrays: bool = False) -> list[str]:
+def _resolve(option: str, genes: Sequence[Gene], short: str, arrays: bool = False) -> list[str]:
     """Return the genes that a name stands for; raise ParameterError unless that is one gene or one array."""
     names = [gene.name for gene in genes]
-    if given in names:
-        return [given]
-    found = [name for name in names if given in _short_forms(name)]
-    if not found and arrays:
-        found = [name for name in names if given in _short_forms(name.partition('[')[0])]
-    parameters = {name.partition('[')[0] if arrays else name for name in found}
+    if short in names:
+        return [short]
+    matches = [name for name in names if short in _short_forms(name)]
+    if not matches and arrays:
+        matches = [name for name in names if short in _short_forms(name.partition('[')[0])]
+    parameters = {name.partition('[')[0] if arrays else name for name in matches}
     if len(parameters) > 1:
-        raise ParameterError([f"{option}: '{given}' may be {' or '.join(found)}; write the whole name"])
-    if not found:
-        known = {*names, *(gene.short for gene in genes)}
-        raise ParameterError([f"{option}: there is no gene '{given}' here; {nearest(given, known)}"])
-    return found
+        raise ParameterError([f"{option}: '{short}' may be {' or '.join(matches)}; write the whole name"])
+    if not matches:
+        choices = {*names, *(gene.short for gene in genes)}
+        raise ParameterError([f"{option}: there is no gene '{short}' here; {nearest(short, choices)}"])
+    return matches
 
 
 def _declaration(name: str) -> Declaration:
@@ -262,23 +262,23 @@ def bounded(genes: Sequence[Gene], bounds: Mapping[str, tuple[float, float]]) ->
     Raises ParameterError if a name is unknown or ambiguous, or if bounds allow a value that the controller refuses.
     """
     wrong: list[str] = []
-    found: dict[str, tuple[float, float]] = {}
-    for given, (low, high) in bounds.items():
+    chosen: dict[str, tuple[float, float]] = {}
+    for short, (low, high) in bounds.items():
         try:
-            name = _resolve('bounds', genes, given)[0]
+            name = _resolve('bounds', genes, short)[0]
         except ParameterError as error:
             wrong += error.violations
             continue
         wrong += filter(None, [_outside(name, low, high)])
-        found[name] = low, high
+        chosen[name] = low, high
     if wrong:
         raise ParameterError(wrong)
-    return tuple(Gene(gene.name, *found.get(gene.name, (gene.low, gene.high))) for gene in genes)
+    return tuple(Gene(gene.name, *chosen.get(gene.name, (gene.low, gene.high))) for gene in genes)
 
 
-def names_of(option: str, genes: Sequence[Gene], given: Iterable[str], arrays: bool = False) -> set[str]:
+def names_of(option: str, genes: Sequence[Gene], short_names: Iterable[str], arrays: bool = False) -> set[str]:
     """Return the names of genes that an option names, also by short names."""
-    return {name for one in given for name in _resolve(option, genes, one, arrays)}
+    return {name for one in short_names for name in _resolve(option, genes, one, arrays)}
 
 
 def without(genes: Sequence[Gene], kept: Collection[str]) -> tuple[Gene, ...]:
@@ -311,15 +311,15 @@ def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains
         After the laws' `repair`. They may still break rules of their groups, see `violations`; stability of the
         velocity loop depends on the robot and the rate.
     """
-    drawn: dict[tuple[str, str], dict[str, Any]] = {}
+    changes: dict[tuple[str, str], dict[str, Any]] = {}
     for place, number in zip(_places(tuple(genes)), numbers_at(genes, point), strict=True):
-        fields = drawn.setdefault((place.node, place.group), {})
+        fields = changes.setdefault((place.node, place.group), {})
         if place.element is None:
             fields[place.field] = number
         else:
             array = fields.get(place.field) or getattr(gains.group(place.node, place.group), place.field)
             fields[place.field] = (*array[:place.element], number, *array[place.element + 1:])
-    for (node, name), fields in drawn.items():
+    for (node, name), fields in changes.items():
         before = gains.group(node, name)
         group = before._replace(**fields)
         repair = LAWS[name].repair if name in LAWS else None
@@ -331,11 +331,11 @@ def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains
 
 def numbers_of(genes: Sequence[Gene], gains: Gains) -> tuple[float, ...]:
     """Return the numbers that gains have for genes."""
-    found = []
+    numbers = []
     for place in _places(tuple(genes)):
         value = getattr(gains.group(place.node, place.group), place.field)
-        found.append(value if place.element is None else value[place.element])
-    return tuple(found)
+        numbers.append(value if place.element is None else value[place.element])
+    return tuple(numbers)
 
 
 def _with_kept(group: Any, before: Any, genes: Sequence[Gene], node: str, name: str) -> Any:
@@ -360,12 +360,12 @@ def violations(genes: Sequence[Gene], gains: Gains) -> list[str]:
 
 def parameters(genes: Sequence[Gene], gains: Gains) -> dict[str, dict[str, Any]]:
     """Return the groups of parameters that a search has changed: values by dotted name, by node."""
-    found: dict[str, dict[str, Any]] = {}
+    changed: dict[str, dict[str, Any]] = {}
     for node, name in dict.fromkeys((place.node, place.group) for place in _places(tuple(genes))):
         control = gains.control if node == 'position_controller' else gains.velocity
         # files of the PI law name no velocity law
         is_pi = node == 'velocity_controller' and name == 'gains'
         first = {} if is_pi else {'controller_type': control.controller_type}
         group = gains.group(node, name)._asdict()
-        found.setdefault(node, first).update({f'{name}.{field}': value for field, value in group.items()})
-    return found
+        changed.setdefault(node, first).update({f'{name}.{field}': value for field, value in group.items()})
+    return changed

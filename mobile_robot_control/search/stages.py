@@ -10,7 +10,7 @@ import numpy as np
 from mobile_robot_control.search.genetic import LOWEST_POINT, WORST, Points
 from mobile_robot_control.search.journal import Journal
 from mobile_robot_control.search.objective import Objective
-from mobile_robot_control.search.search import Found, Generation, SearchSettings, run_search
+from mobile_robot_control.search.search import Generation, SearchResult, SearchSettings, run_search
 from mobile_robot_control.search.space import Gene, at_the_edge, numbers_at, point_of, widened
 
 AGREE = 0.02
@@ -19,7 +19,7 @@ WIDENINGS, REPEATS = 7, 2
 """Searches in wider bounds, at most, and searches with other seeds in the last ones."""
 
 
-class Plan(NamedTuple):
+class StagePlan(NamedTuple):
     """
     Searches after the first one.
 
@@ -52,7 +52,7 @@ class Staged(NamedTuple):
 
     Attributes
     ----------
-    found : Found
+    result : SearchResult
         The best point of all searches, and their history.
     genes : tuple of Gene
         With the last bounds, in which the point lies.
@@ -64,7 +64,7 @@ class Staged(NamedTuple):
         Best scores of the searches with other seeds.
     """
 
-    found: Found
+    result: SearchResult
     genes: tuple[Gene, ...]
     is_complete: bool = False
     gained: float | None = None
@@ -73,14 +73,14 @@ class Staged(NamedTuple):
     @property
     def agreeing(self) -> int:
         """The number of searches with other seeds that end within 2 % of the best one."""
-        return len([score for score in self.repeated if score <= (1.0 + AGREE) * self.found.score])
+        return len([score for score in self.repeated if score <= (1.0 + AGREE) * self.result.score])
 
     @property
     def confirmation(self) -> str:
         """How the searches with other seeds ended, as a sentence; '' if there were none."""
         if not self.repeated:
             return ''
-        count, above = len(self.repeated), 100.0 * (max(self.repeated) / self.found.score - 1.0)
+        count, above = len(self.repeated), 100.0 * (max(self.repeated) / self.result.score - 1.0)
         if self.agreeing == count:
             return f'converged: {count} searches with other seeds end within {max(above, 0.01):.2g} % of that'
         return (f'not converged: of {count} searches with other seeds, {self.agreeing} end within {100 * AGREE:g} % of '
@@ -89,15 +89,15 @@ class Staged(NamedTuple):
     @property
     def edges(self) -> list[str]:
         """Gains at an edge of the last bounds, as texts."""
-        if self.found.point is None:
+        if self.result.point is None:
             return []
         told = '' if self.gained is None else (
             f'; the last doubling lowered the objective by {100.0 * self.gained:.2g} %')
-        return [f'{edge}{told}' for edge in at_the_edge(self.genes, self.found.point.tolist())]
+        return [f'{edge}{told}' for edge in at_the_edge(self.genes, self.result.point.tolist())]
 
 
 def search_in_stages(
-    settings: SearchSettings, plan: Plan, genes: tuple[Gene, ...],
+    settings: SearchSettings, plan: StagePlan, genes: tuple[Gene, ...],
     objective_of: Callable[[tuple[Gene, ...]], Objective], journal: Journal | None = None,
     progress: Callable[[Generation], object] = lambda _: None, stopped: Callable[[], bool] = lambda: False,
 ) -> Staged:
@@ -108,7 +108,7 @@ def search_in_stages(
     ----------
     settings : SearchSettings
         Of each search; the first one has their seed.
-    plan : Plan
+    plan : StagePlan
         The searches after the first one.
     genes : tuple of Gene
         With the first bounds.
@@ -120,24 +120,24 @@ def search_in_stages(
     Raises
     ------
     OSError
-        If the journal cannot be written; its attribute ``found`` is the result so far.
+        If the journal cannot be written; its attribute ``result`` is the result so far.
     """
     stages = _Stages(settings, plan, objective_of, journal, progress, stopped)
-    best, gained = Staged(Found(None, math.inf, ()), genes), None
+    best, gained = Staged(SearchResult(None, math.inf, ()), genes), None
     start = plan.start
     for stage in range(1 + plan.widenings):
-        before = best.found.score
+        before = best.result.score
         best, is_complete = stages.search(best, start)
-        if not is_complete or best.found.point is None or not best.found.score < WORST:
+        if not is_complete or best.result.point is None or not best.result.score < WORST:
             return best._replace(is_complete=is_complete)
-        gained = 1.0 - best.found.score / before if stage and before > 0.0 else None
-        point = best.found.point.tolist()
+        gained = 1.0 - best.result.score / before if stage and before > 0.0 else None
+        point = best.result.point.tolist()
         start = numbers_at(best.genes, point)
         wider = widened(best.genes, point, plan.fixed)
         best = best._replace(gained=gained)
         if stage == plan.widenings or wider == best.genes:
             break
-        best = best._replace(genes=wider, found=best.found._replace(point=np.array(point_of(wider, start))))
+        best = best._replace(genes=wider, result=best.result._replace(point=np.array(point_of(wider, start))))
     for _ in range(plan.repeats):
         best, is_complete = stages.search(best, (), is_repeat=True)
         if not is_complete:
@@ -149,7 +149,7 @@ class _Stages:
     """The searches so far: their number gives the seed of the next one, and their time what is left."""
 
     def __init__(
-        self, settings: SearchSettings, plan: Plan, objective_of: Callable[[tuple[Gene, ...]], Objective],
+        self, settings: SearchSettings, plan: StagePlan, objective_of: Callable[[tuple[Gene, ...]], Objective],
         journal: Journal | None, progress: Callable[[Generation], object], stopped: Callable[[], bool],
     ) -> None:
         self._settings, self._plan, self._objective_of = settings, plan, objective_of
@@ -158,7 +158,7 @@ class _Stages:
 
     def search(self, best: Staged, start: Sequence[float], is_repeat: bool = False) -> tuple[Staged, bool]:
         """Search within the bounds of the best result; return the better one, and whether all was searched."""
-        settings, objective, before = self._settings, self._objective_of(best.genes), best.found.history
+        settings, objective, before = self._settings, self._objective_of(best.genes), best.result.history
         seed = int(np.random.SeedSequence((settings.seed, self._number)).generate_state(1)[0])
         if settings.seconds > 0.0:
             # none begins after the end
@@ -174,23 +174,24 @@ class _Stages:
             return begun
 
         try:
-            found = run_search(settings, objective, self._journal,
-                               lambda one: self._progress(_after(before, one)), self._stopped, begin)
+            latest = run_search(settings, objective, self._journal,
+                                lambda one: self._progress(_after(before, one)), self._stopped, begin)
         except OSError as error:
-            error.found = best._replace(found=_better(best.found, error.found))  # type: ignore[attr-defined]
+            error.result = best._replace(result=_better(best.result, error.result))  # type: ignore[attr-defined]
             raise
-        is_complete = len(found.history) == settings.generations
-        repeated = (*best.repeated, found.score) if is_repeat and is_complete else best.repeated
-        return best._replace(found=_better(best.found, found), repeated=repeated), is_complete
+        is_complete = len(latest.history) == settings.generations
+        repeated = (*best.repeated, latest.score) if is_repeat and is_complete else best.repeated
+        return best._replace(result=_better(best.result, latest), repeated=repeated), is_complete
 
 
-def _after(before: Sequence[Generation], one: Generation) -> Generation:
+def _after(before: Sequence[Generation], latest: Generation) -> Generation:
     """Return a generation as one after those of earlier searches."""
-    return one._replace(number=len(before) + one.number, best=min([one.best, *(last.best for last in before[-1:])]))
+    best = min([latest.best, *(last.best for last in before[-1:])])
+    return latest._replace(number=len(before) + latest.number, best=best)
 
 
-def _better(best: Found, found: Found) -> Found:
+def _better(best: SearchResult, other: SearchResult) -> SearchResult:
     """Return the better point of two searches in the same bounds, with the history of both."""
-    history = (*best.history, *(_after(best.history, one) for one in found.history))
-    chosen = found if found.score < best.score else best
-    return Found(chosen.point, chosen.score, history)
+    history = (*best.history, *(_after(best.history, one) for one in other.history))
+    chosen = other if other.score < best.score else best
+    return SearchResult(chosen.point, chosen.score, history)

@@ -72,8 +72,8 @@ def tune(
             bar.update()
 
         staged = search.run(run, None, progressed)
-        bar.update(search.most_generations - len(staged.found.history))
-        why = no_result(staged.found)
+        bar.update(search.most_generations - len(staged.result.history))
+        why = no_result(staged.result)
         if why:
             raise RuntimeError(why)
         return tuned_of(search, staged, objective, call_text(

@@ -115,10 +115,10 @@ def _difference(metric: str, first: JudgedRuns, second: JudgedRuns, confidence: 
     """Compare one metric over pairs of successful runs."""
     a, b = first.metrics[metric], second.metrics[metric]
     # an error that does not settle has no settling time, and a base that takes velocities has no torque
-    known = np.isfinite(a) & np.isfinite(b)
-    found = (a[known] - b[known]).tolist()
-    return Difference(metric, len(found), math.fsum(found) / len(found) if found else math.nan,
-                      mean_interval(found, confidence), confidence)
+    valued = np.isfinite(a) & np.isfinite(b)
+    differences = (a[valued] - b[valued]).tolist()
+    return Difference(metric, len(differences), math.fsum(differences) / len(differences) if differences else math.nan,
+                      mean_interval(differences, confidence), confidence)
 
 
 def compare(
@@ -183,37 +183,37 @@ def _shown(value: float, unit: str) -> str:
     return f'{100.0 * value:.3g}' if unit == 'm' else f'{value:.3g}'
 
 
-def _difference_text(one: Comparison, found: Difference, unit: str) -> str:
-    known = ' and have a value' if found.compared < one.both else ''
-    if found.compared < 2:
-        return (f'not compared: {found.compared} of {one.runs} scenarios in which both succeed{known}, and two are '
-                'needed')
-    (low, high), left_out = found.interval, one.runs - found.compared
-    over = f'in the {found.compared} scenarios in which both succeed{known}'
+def _difference_text(pair: Comparison, difference: Difference, unit: str) -> str:
+    valued = ' and have a value' if difference.compared < pair.both else ''
+    if difference.compared < 2:
+        return (f'not compared: {difference.compared} of {pair.runs} scenarios in which both succeed{valued}, and two '
+                'are needed')
+    (low, high), left_out = difference.interval, pair.runs - difference.compared
+    over = f'in the {difference.compared} scenarios in which both succeed{valued}'
     if left_out:
         over += f'; {left_out} {"is" if left_out == 1 else "are"} left out'
     shown = f'{"cm" if unit == "m" else unit}'.rstrip()
-    if not found.sign:
-        return (f'{_SAME}: that of {one.first} minus that of {one.second} is {_shown(found.mean, unit)} {shown} '
+    if not difference.sign:
+        return (f'{_SAME}: that of {pair.first} minus that of {pair.second} is {_shown(difference.mean, unit)} {shown} '
                 f'({_shown(low, unit)} to {_shown(high, unit)}) {over}').replace('  ', ' ')
-    low, high = (low, high) if found.sign > 0 else (-high, -low)
-    larger = 'larger' if METRIC_TABLE[found.metric].better == 'larger' else 'smaller'
-    return (f'that of {one.better(found)} is {larger} by {_shown(abs(found.mean), unit)} {shown} '
+    low, high = (low, high) if difference.sign > 0 else (-high, -low)
+    larger = 'larger' if METRIC_TABLE[difference.metric].better == 'larger' else 'smaller'
+    return (f'that of {pair.better(difference)} is {larger} by {_shown(abs(difference.mean), unit)} {shown} '
             f'({_shown(low, unit)} to {_shown(high, unit)}) {over}').replace('  ', ' ')
 
 
-def _success_text(one: Comparison) -> str:
-    if one.only_first == one.only_second == 0:
-        return f'{_SAME}: the same {one.both} of {one.runs} succeed'
-    shown = f'{one.more_successful} succeeds more often' if one.more_successful else _SAME
-    return f'{shown}: {one.first} alone in {one.only_first}, {one.second} alone in {one.only_second} of {one.runs}'
+def _success_text(pair: Comparison) -> str:
+    if pair.only_first == pair.only_second == 0:
+        return f'{_SAME}: the same {pair.both} of {pair.runs} succeed'
+    shown = f'{pair.more_successful} succeeds more often' if pair.more_successful else _SAME
+    return f'{shown}: {pair.first} alone in {pair.only_first}, {pair.second} alone in {pair.only_second} of {pair.runs}'
 
 
-def _head(made: Sequence[Comparison], best: str) -> str:
+def _head(pairs: Sequence[Comparison], best: str) -> str:
     """Return the introduction: the pairs that follow, and the meaning of their intervals."""
-    differences = made[0].differences
-    with_best = f' with {best}, the best' if len(made) > 1 else ''
-    intervals = len(made) * len(differences)
+    differences = pairs[0].differences
+    with_best = f' with {best}, the best' if len(pairs) > 1 else ''
+    intervals = len(pairs) * len(differences)
     if intervals == 1:
         return f'compared in the same scenarios, with intervals of {100.0 * CONFIDENCE:g} %:'
     return (f'compared in the same scenarios{with_best}; the {intervals} intervals of all pairs and metrics hold '
@@ -228,17 +228,17 @@ def comparison_texts(
 
     `band` [m] is the limit of a settled error.
     """
-    made = compare_all(controllers, metrics)
-    if not made:
+    pairs = compare_all(controllers, metrics)
+    if not pairs:
         return
     best, labels = best_of(controllers, metrics), metric_labels(band)
-    yield _head(made, best)
-    for one in made:
-        if best in (one.first, one.second):
-            for found in one.differences:
-                label, unit = labels[found.metric]
-                yield f'{one.first} and {one.second}, {label}: {_difference_text(one, found, unit)}'
-            yield f'{one.first} and {one.second}, success: {_success_text(one)}'
+    yield _head(pairs, best)
+    for pair in pairs:
+        if best in (pair.first, pair.second):
+            for difference in pair.differences:
+                label, unit = labels[difference.metric]
+                yield f'{pair.first} and {pair.second}, {label}: {_difference_text(pair, difference, unit)}'
+            yield f'{pair.first} and {pair.second}, success: {_success_text(pair)}'
 
 
 def answer_text(
@@ -249,28 +249,28 @@ def answer_text(
 
     Compared with each other one, the best is better by success, else by the first metric, or not significantly better.
     """
-    made = compare_all(controllers, metrics)
-    if not made:
+    pairs = compare_all(controllers, metrics)
+    if not pairs:
         return ''
     best, (label, unit) = best_of(controllers, metrics), metric_labels(band)[metrics[0]]
     better, same = [], []
-    for one in made:
-        if best not in (one.first, one.second):
+    for pair in pairs:
+        if best not in (pair.first, pair.second):
             continue
-        other, found = one.second if best == one.first else one.first, one.differences[0]
-        if one.more_successful == best:
-            alone, others = ((one.only_first, one.only_second) if best == one.first else
-                             (one.only_second, one.only_first))
-            better.append(f'than {other} by success ({alone} of {one.runs} runs succeed with {best} alone, '
+        other, difference = pair.second if best == pair.first else pair.first, pair.differences[0]
+        if pair.more_successful == best:
+            alone, others = ((pair.only_first, pair.only_second) if best == pair.first else
+                             (pair.only_second, pair.only_first))
+            better.append(f'than {other} by success ({alone} of {pair.runs} runs succeed with {best} alone, '
                           f'{others} with {other} alone)')
-        elif one.better(found) == best and not one.more_successful:
-            low, high = sorted(map(abs, found.interval))
-            better.append(f'than {other} by {_shown(abs(found.mean), unit)} {"cm" if unit == "m" else unit} '
+        elif pair.better(difference) == best and not pair.more_successful:
+            low, high = sorted(map(abs, difference.interval))
+            better.append(f'than {other} by {_shown(abs(difference.mean), unit)} {"cm" if unit == "m" else unit} '
                           f'({_shown(low, unit)} to {_shown(high, unit)})')
         else:
             same.append(other)
     told = f'{best} is better {", ".join(better)}'
-    if any('by success' not in one for one in better):
+    if any('by success' not in text for text in better):
         told += f': the mean {label}, where both succeed, with intervals that hold together with {100 * CONFIDENCE:g} %'
     if not better:
         return f'{best} does best, but not significantly better than {", ".join(same)}'
@@ -282,15 +282,15 @@ def comparison_values(
 ) -> list[dict[str, Any]]:
     """Return the comparison of each pair, as in `study.json`; unknown values are None."""
     return [{
-        'first': one.first, 'second': one.second, 'runs': one.runs,
-        'both_succeed': one.both, 'only_first_succeeds': one.only_first, 'only_second_succeeds': one.only_second,
-        'success_confidence': one.confidence,
-        'success_share_interval': list(one.share) if one.only_first + one.only_second else None,
-        'more_successful': one.more_successful or None,
+        'first': pair.first, 'second': pair.second, 'runs': pair.runs,
+        'both_succeed': pair.both, 'only_first_succeeds': pair.only_first, 'only_second_succeeds': pair.only_second,
+        'success_confidence': pair.confidence,
+        'success_share_interval': list(pair.share) if pair.only_first + pair.only_second else None,
+        'more_successful': pair.more_successful or None,
         'metrics': [{
-            'metric': found.metric, 'compared': found.compared, 'left_out': one.runs - found.compared,
-            'confidence': found.confidence, 'difference': found.mean if found.compared else None,
-            'difference_interval': list(found.interval) if found.compared > 1 else None,
-            'better': one.better(found) or None,
-        } for found in one.differences],
-    } for one in compare_all(controllers, metrics)]
+            'metric': difference.metric, 'compared': difference.compared, 'left_out': pair.runs - difference.compared,
+            'confidence': difference.confidence, 'difference': difference.mean if difference.compared else None,
+            'difference_interval': list(difference.interval) if difference.compared > 1 else None,
+            'better': pair.better(difference) or None,
+        } for difference in pair.differences],
+    } for pair in compare_all(controllers, metrics)]

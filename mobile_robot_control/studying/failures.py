@@ -88,8 +88,8 @@ class Split(NamedTuple):
 
 def shown(quantity: str, value: float | str) -> str:
     """Return a value of a quantity with its unit."""
-    text = value if isinstance(value, str) else f'{value:.3g}'
-    return f'{text} {QUANTITIES[quantity].unit}'.strip()
+    number = value if isinstance(value, str) else f'{value:.3g}'
+    return f'{number} {QUANTITIES[quantity].unit}'.strip()
 
 
 def _parts(values: NDArray[Any]) -> Iterator[tuple[str, float | str, NDArray[np.bool_]]]:
@@ -126,13 +126,13 @@ def best_split(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> Split
     Split or None
         None if even that one may be chance, and if few or all runs failed.
     """
-    drawn_runs, failed = Scenarios.of(scenarios)[:len(judged)], ~JudgedRuns.of(judged).success
+    driven, failed = Scenarios.of(scenarios)[:len(judged)], ~JudgedRuns.of(judged).success
     failures, runs = int(failed.sum()), len(judged)
     if failures <= FEW or failures == runs:
         return None
-    tried, found = 0, Split('', '', '', (0, 0), (0, 0), math.inf)
+    tried, best = 0, Split('', '', '', (0, 0), (0, 0), math.inf)
     for name, quantity in QUANTITIES.items():
-        for side, value, inside in _parts(quantity.of(drawn_runs)):
+        for side, value, inside in _parts(quantity.of(driven)):
             drawn, there = int(inside.sum()), int((inside & failed).sum())
             if not 0 < drawn < runs:
                 continue
@@ -140,10 +140,10 @@ def best_split(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> Split
             # without a surplus of failures there is nothing to test
             if there * runs > failures * drawn:
                 log_chance = log_hypergeometric_tail(there, drawn, failures, runs)
-                if log_chance < found.chance:
-                    found = Split(name, side, value, (there, drawn), (failures - there, runs - drawn), log_chance)
-    chance = exp(min(0.0, found.chance + log(tried))) if tried else 1.0
-    return found._replace(chance=chance) if chance <= 1.0 - CONFIDENCE else None
+                if log_chance < best.chance:
+                    best = Split(name, side, value, (there, drawn), (failures - there, runs - drawn), log_chance)
+    chance = exp(min(0.0, best.chance + log(tried))) if tried else 1.0
+    return best._replace(chance=chance) if chance <= 1.0 - CONFIDENCE else None
 
 
 _ENDS = {'completed': 'too far from the reference over the last quarter', 'diverged': 'diverged',
@@ -186,16 +186,16 @@ def failure_texts(scenarios: Sequence[Scenario], judged: Sequence[Judged]) -> It
         (there, drawn), (rest, others) = split.there, split.elsewhere
         yield f'{there} of them with {split.words}: {there} of {drawn} fail there, {rest} of {others} elsewhere'
         return
-    ranges = '; '.join(f'{QUANTITIES[name].words} {_range_text(name, found)}'
-                       for name, found in _ranges(scenarios, judged, success=False).items())
+    ranges = '; '.join(f'{QUANTITIES[name].words} {_range_text(name, values)}'
+                       for name, values in _ranges(scenarios, judged, success=False).items())
     yield f'no single quantity tells them from the others: they have {ranges}' if len(failed) < len(judged) else ranges
 
 
-def _range_text(name: str, found: Sequence[Any]) -> str:
+def _range_text(name: str, values: Sequence[Any]) -> str:
     """Describe the range of a quantity over at least one value."""
-    low, high = found[0], found[-1]
+    low, high = values[0], values[-1]
     if isinstance(low, str):
-        return ', '.join(found)
+        return ', '.join(values)
     return f'{low:.3g} to {shown(name, high)}' if low < high else shown(name, high)
 
 

@@ -29,32 +29,32 @@ def map_figure(axes: Axes, controllers: Mapping[str, JudgedRuns]) -> Figure:
         On a square grid, the first quantity changing fastest; the last ones may be missing.
     """
     with style():
-        drawn = Figure(figsize=(5.6, 4.4 * len(controllers) + 0.4), layout='constrained')
-        known = np.concatenate([one.metrics['rms_position_error'][one.success] for one in controllers.values()])
-        norm = LogNorm(known.min(), max(known.max(), 1.001 * known.min())) if len(known) else LogNorm(1e-3, 1.0)
-        for place, (name, one) in enumerate(controllers.items(), 1):
-            shown = drawn.add_subplot(len(controllers), 1, place)
-            side = max(2, math.isqrt(max(0, len(one) - 1)) + 1)
+        figure = Figure(figsize=(5.6, 4.4 * len(controllers) + 0.4), layout='constrained')
+        errors = np.concatenate([runs.metrics['rms_position_error'][runs.success] for runs in controllers.values()])
+        norm = LogNorm(errors.min(), max(errors.max(), 1.001 * errors.min())) if len(errors) else LogNorm(1e-3, 1.0)
+        for place, (name, runs) in enumerate(controllers.items(), 1):
+            shown = figure.add_subplot(len(controllers), 1, place)
+            side = max(2, math.isqrt(max(0, len(runs) - 1)) + 1)
             (across, (left, right)), (up, (bottom, top)) = axes
             # a run stands in the middle of its cell
             wide, high = 0.5 * (right - left) / (side - 1), 0.5 * (top - bottom) / (side - 1)
             picture: dict[str, Any] = {'extent': (left - wide, right + wide, bottom - high, top + high),
                                        'origin': 'lower', 'aspect': 'auto', 'interpolation': 'nearest'}
-            failed = np.where(one.success, np.nan, np.where(one.outcome == 'completed', 0.0, 1.0))
-            error = np.where(one.success, one.metrics['rms_position_error'], np.nan)
+            failed = np.where(runs.success, np.nan, np.where(runs.outcome == 'completed', 0.0, 1.0))
+            error = np.where(runs.success, runs.metrics['rms_position_error'], np.nan)
             colors = shown.imshow(_grid(error, side), norm=norm, cmap='viridis', **picture)
             shown.imshow(_grid(failed, side), cmap=ListedColormap([GREY, ORANGE]), vmin=0.0, vmax=1.0, **picture)
             shown.set_xlabel(_label(across))
             shown.set_ylabel(_label(up))
             shown.grid(visible=False)
-            rate = 100.0 * np.count_nonzero(one.success) / len(one)
+            rate = 100.0 * np.count_nonzero(runs.success) / len(runs)
             shown.set_title(plain(f'{name.replace("_", " ")}: {rate:.4g} % succeed'))
-            drawn.colorbar(colors, ax=shown, label='RMS position error [m]')
-        if not all(one.success.all() for one in controllers.values()):
+            figure.colorbar(colors, ax=shown, label='RMS position error [m]')
+        if not all(runs.success.all() for runs in controllers.values()):
             shown.legend(handles=[Patch(color=GREY, label='failure: too far away'),
                                   Patch(color=ORANGE, label='diverged, or failure of the law')],
                          loc='upper center', bbox_to_anchor=(0.5, -0.14), ncols=2)
-    return drawn
+    return figure
 
 
 def _grid(values: Any, side: int) -> Any:

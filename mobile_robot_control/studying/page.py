@@ -55,7 +55,7 @@ _TITLE_WIDTH = 46
 """[characters]"""
 
 
-class Judgement(NamedTuple):
+class Criteria(NamedTuple):
     """
     The criteria for the runs of a study.
 
@@ -165,14 +165,14 @@ def _split_lines(split: Split | None) -> list[str]:
 
 def _distribution(values: Floats) -> list[float]:
     """Return finite values in ascending order, some hundred at most, including the smallest and the largest."""
-    known = np.sort(values[np.isfinite(values)])
-    return [float(value) for value in known[np.linspace(0, known.size - 1, min(known.size, _POINTS)).astype(int)]]
+    finite = np.sort(values[np.isfinite(values)])
+    return [float(value) for value in finite[np.linspace(0, finite.size - 1, min(finite.size, _POINTS)).astype(int)]]
 
 
-def _labels(judgement: Judgement) -> dict[str, tuple[str, str]]:
+def _labels(criteria: Criteria) -> dict[str, tuple[str, str]]:
     """Return label and unit of each metric, compared ones first."""
-    labels = metric_labels(judgement.band)
-    return {name: labels[name] for name in dict.fromkeys([*judgement.metrics, *labels])}
+    labels = metric_labels(criteria.band)
+    return {name: labels[name] for name in dict.fromkeys([*criteria.metrics, *labels])}
 
 
 def _shown(runs: StudiedRuns, labels: Iterable[str]) -> list[str]:
@@ -180,9 +180,9 @@ def _shown(runs: StudiedRuns, labels: Iterable[str]) -> list[str]:
     return [metric for metric in labels if metric in JudgedRuns.of(runs.judged).metrics]
 
 
-def study_data(controllers: Mapping[str, StudiedRuns], judgement: Judgement, command_line: str = '') -> dict[str, Any]:
+def study_data(controllers: Mapping[str, StudiedRuns], criteria: Criteria, command_line: str = '') -> dict[str, Any]:
     """Return the data of web/study.js, ready for JSON; replays are by the index of a run, from 0."""
-    labels = _labels(judgement)
+    labels = _labels(criteria)
     metrics = dict.fromkeys(metric for runs in controllers.values() for metric in _shown(runs, labels))
     return {'command': command_line, 'controllers': [_of_controller(name, runs, metrics, LINES[n % len(LINES)][0])
                             for n, (name, runs) in enumerate(controllers.items())],
@@ -211,9 +211,9 @@ def _table(numbers: Mapping[str, Mapping[str, Any]], labels: Mapping[str, tuple[
     """Return the quantiles of the metrics of all controllers side by side, as HTML."""
     rows = []
     for metric, (label, unit) in labels.items():
-        found = [one['metrics'].get(metric) for one in numbers.values()]
+        metrics = [one['metrics'].get(metric) for one in numbers.values()]
         for name, words in (('median', 'median'), ('95_percent', '95 %'), ('worst', 'worst')):
-            cells = quantities([one[name] if one else None for one in found], unit)
+            cells = quantities([one[name] if one else None for one in metrics], unit)
             if set(cells) - {'–'}:
                 rows.append([f'{escape(label)}, {words}', *cells])
     return page.html_table(['', *numbers], rows)
@@ -224,23 +224,23 @@ def _paragraphs(texts: Sequence[str]) -> str:
 
 
 def _parts(
-    controllers: Mapping[str, StudiedRuns], judgement: Judgement, svg: str, made: Mapping[str, Any], interrupted: bool,
+    controllers: Mapping[str, StudiedRuns], criteria: Criteria, svg: str, origin: Mapping[str, Any], interrupted: bool,
     mapped: str,
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     numbers = {name: summarise_runs(runs.judged) for name, runs in controllers.items()}
     judged = {name: runs.judged for name, runs in controllers.items()}
-    answers = [text for text in (answer_text(judged, judgement.metrics, judgement.band),) if text]
+    answers = [text for text in (answer_text(judged, criteria.metrics, criteria.band),) if text]
     answers += [success_text(name, found) for name, found in numbers.items()]
     said = ''.join(f'<p{"" if n else " class=answer"}>{escape(text)}.</p>' for n, text in enumerate(answers))
     yield f'<section class="first"><h1>Study</h1>{said}</section>'
-    yield f'<p class="soft">Success: {escape(judgement.criterion)}.</p>'
+    yield f'<p class="soft">Success: {escape(criteria.criterion)}.</p>'
     if any(len(runs.judged) > SHOWN for runs in controllers.values()):
         yield (f'<p class="soft">The map and the table show {SHOWN:,} runs of each controller: the replays, the '
                f'{SHOWN // 10:,} worst, and evenly spaced others. All other numbers are of all runs.</p>')
     if interrupted:
         yield page.warning('What is missing', ['the study was interrupted; the page has the runs that were done'])
-    compared = list(comparison_texts(judged, judgement.metrics, judgement.band))
+    compared = list(comparison_texts(judged, criteria.metrics, criteria.band))
     failures = {name: list(failure_texts(runs.scenarios, runs.judged)) for name, runs in controllers.items()}
     yield page.contents([*([('map', 'Map', ())] if mapped else []), ('starts', 'Starts', ()),
                          *([('failures', 'Failures', ())] if any(failures.values()) else []),
@@ -259,19 +259,19 @@ def _parts(
             f'<h3>{escape(name)}</h3>{_paragraphs(texts)}' for name, texts in failures.items() if texts))
     if compared:
         yield page.section('compared', 'Compared', _paragraphs(compared))
-    yield page.section('metrics', 'Metrics', _table(numbers, _labels(judgement)),
+    yield page.section('metrics', 'Metrics', _table(numbers, _labels(criteria)),
                        page.live('Distributions', 'The share of runs that have at most a value.', 'distributions'))
     yield page.section('runs', 'Runs', page.live(
         'All runs', 'A head sorts by its column, a run is replayed by its command.', 'run-table'))
     holds = [part for name, runs in controllers.items()
              for part in (f'<h3>{escape(name)}</h3>', *promise_parts(runs.promise))]
     yield page.section('holds', 'What holds', *holds)
-    yield page.made_with(made, made['parameters'])
-    yield page.json_block('study-data', study_data(controllers, judgement, made['command_line']))
+    yield page.made_with(origin, origin['parameters'])
+    yield page.json_block('study-data', study_data(controllers, criteria, origin['command_line']))
 
 
 def write_study_page(
-    file: Path, controllers: Mapping[str, StudiedRuns], judgement: Judgement, svg: str, made: Mapping[str, Any],
+    file: Path, controllers: Mapping[str, StudiedRuns], criteria: Criteria, svg: str, origin: Mapping[str, Any],
     interrupted: bool = False, mapped: str = '',
 ) -> None:
     """
@@ -283,11 +283,11 @@ def write_study_page(
         HTML.
     controllers : mapping of str to StudiedRuns
         By name, each with at least one run.
-    judgement : Judgement
+    criteria : Criteria
         The criteria for the runs.
     svg : str
         The map of starts, for paper and for browsers without scripts.
-    made : mapping of str to object
+    origin : mapping of str to object
         Result of `provenance` for all controllers by name.
     interrupted : bool
         Whether runs are missing.
@@ -295,5 +295,5 @@ def write_study_page(
         The map of two quantities as SVG; '' for none.
     """
     scripts = [*replay_scripts(), *map(asset, (UPLOT_SCRIPT, 'charts.js', 'study.js'))]
-    parts = _parts(controllers, judgement, svg, made, interrupted, mapped)
+    parts = _parts(controllers, criteria, svg, origin, interrupted, mapped)
     write_atomically(file, page.page('Study', parts, [*replay_styles(), *chart_styles()], scripts))

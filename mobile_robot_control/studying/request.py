@@ -88,17 +88,17 @@ def draw_robots(
 def _factor(covariance: list[list[float]]) -> list[list[float]]:
     """Return the rows of L, with L Lᵀ the covariance (Cholesky); zeros where nothing is left of a variance."""
     rows: list[list[float]] = []
-    for n, given in enumerate(covariance):
+    for n, variances in enumerate(covariance):
         row: list[float] = []
         for m, other in enumerate(rows):
-            left = given[m] - math.fsum(map(mul, row, other))
+            left = variances[m] - math.fsum(map(mul, row, other))
             row.append(left / other[m] if other[m] > 0.0 else 0.0)
-        left = given[n] - math.fsum(one * one for one in row)
-        rows.append([*row, math.sqrt(left) if left > _LEFT * given[n] else 0.0])
+        left = variances[n] - math.fsum(one * one for one in row)
+        rows.append([*row, math.sqrt(left) if left > _LEFT * variances[n] else 0.0])
     return rows
 
 
-class Compared(NamedTuple):
+class ComparedController(NamedTuple):
     """
     A controller of a study, in addition to the other parameters.
 
@@ -122,12 +122,14 @@ class Compared(NamedTuple):
         return (sources.with_files(self.path) if self.path else sources).with_values(self.values)
 
 
-def _read_compared(value: Any) -> Compared:
+def _read_compared(value: Any) -> ComparedController:
     """Read a parameter file, or a name with a file or with values."""
     if isinstance(value, str | PathLike):
-        return Compared(printable(Path(value).stem), os.fspath(value))
+        return ComparedController(printable(Path(value).stem), os.fspath(value))
     name, controller = value
-    return Compared(name, '', controller) if isinstance(controller, Mapping) else Compared(name, os.fspath(controller))
+    if isinstance(controller, Mapping):
+        return ComparedController(name, '', controller)
+    return ComparedController(name, os.fspath(controller))
 
 
 class StudyRequest(NamedTuple):
@@ -137,7 +139,8 @@ class StudyRequest(NamedTuple):
     runs: Annotated[int, Field('', 'random runs per controller', minimum=1, maximum=10**6)]
     seed: Annotated[int, Field('', 'seed of all random numbers', minimum=0, maximum=LARGEST_SEED)]
     compare: Annotated[
-        tuple[Compared, ...], Field('', 'parameter files, one per controller, on top of the other parameters'),
+        tuple[ComparedController, ...], Field(
+            '', 'parameter files, one per controller, on top of the other parameters'),
         Reader(_read_compared, 'FILE.yaml')] = ()
     laps: Annotated[float, Field('', 'laps per run; the last quarter decides on success', above=0.0)] = 2.0
     curves: Annotated[

@@ -25,7 +25,7 @@ from mobile_robot_control.settings.configure import File, parameter_sources
 from mobile_robot_control.settings.nodes import Configuration, has_exact_odometry
 from mobile_robot_control.settings.provenance import call_text, provenance
 from mobile_robot_control.studying.engine import StudiedController, run_study, study_columns, study_values
-from mobile_robot_control.studying.page import Judgement, StudiedRuns, chosen_runs, starts_figure, write_study_page
+from mobile_robot_control.studying.page import Criteria, StudiedRuns, chosen_runs, starts_figure, write_study_page
 from mobile_robot_control.studying.request import StudyRequest, studied_controllers, study_draws
 from mobile_robot_control.system.files import write_atomically
 from mobile_robot_control.system.progress import StagedBar
@@ -34,7 +34,7 @@ from mobile_robot_control.system.texts import printable
 if TYPE_CHECKING:
     from mobile_robot_control.report.inline_page import InlinePage
 
-Compared = Mapping[str, File | Mapping[str, object]] | Sequence[File] | File
+Controllers = Mapping[str, File | Mapping[str, object]] | Sequence[File] | File
 
 
 class Study(NamedTuple):
@@ -69,14 +69,14 @@ class Study(NamedTuple):
     @property
     def controllers(self) -> dict[str, dict[str, Any]]:
         """Success rate, its interval, the metrics and the failures (`failures`), by controller."""
-        found: dict[str, dict[str, Any]] = self.values['controllers']
-        return found
+        controllers: dict[str, dict[str, Any]] = self.values['controllers']
+        return controllers
 
     @property
     def comparisons(self) -> list[dict[str, Any]]:
         """Paired differences in the same scenarios, one entry for each pair of controllers; [] for one."""
-        found: list[dict[str, Any]] = self.values['comparisons']
-        return found
+        comparisons: list[dict[str, Any]] = self.values['comparisons']
+        return comparisons
 
     def report(self, folder: File) -> 'InlinePage':
         """
@@ -101,15 +101,15 @@ def study_of(
     request: StudyRequest, studied: dict[str, StudiedController], command_line: str, interrupted: bool = False
 ) -> Study:
     """Return the result of a study, whose runs may have ended with an interrupt."""
-    made = provenance(command_line, {name: one.parameters for name, one in studied.items()})
-    return Study(study_values(request, studied, interrupted), study_columns(studied), made, request, studied)
+    origin = provenance(command_line, {name: one.parameters for name, one in studied.items()})
+    return Study(study_values(request, studied, interrupted), study_columns(studied), origin, request, studied)
 
 
 ROWS = 100_000
 """Most rows of `runs.csv`, unless all are asked for."""
 
 
-def write_study(made: Study, folder: Path, all_runs: bool = False) -> Path:
+def write_study(study: Study, folder: Path, all_runs: bool = False) -> Path:
     """
     Write `study.json`, `runs.csv`, `starts.png`, `map.png` of a map, and `study.html`, and return the page.
 
@@ -119,24 +119,25 @@ def write_study(made: Study, folder: Path, all_runs: bool = False) -> Path:
     from mobile_robot_control.figures.drawing import draw_and_save  # noqa: PLC0415
     from mobile_robot_control.figures.palette import save  # noqa: PLC0415
 
-    request, interrupted = made.request, made.values['interrupted']
+    request, interrupted = study.request, study.values['interrupted']
     folder.mkdir(parents=True, exist_ok=True)
-    write_atomically(folder / 'study.json', json.dumps({**made.values, 'provenance': made.provenance}, indent=2) + '\n')
+    content = {**study.values, 'provenance': study.provenance}
+    write_atomically(folder / 'study.json', json.dumps(content, indent=2) + '\n')
     write_atomically(folder / 'runs.csv', ''.join(csv_lines(
-        made.runs if all_runs else study_columns(made.studied, ROWS))))
+        study.runs if all_runs else study_columns(study.studied, ROWS))))
     # after Ctrl-C nothing more is run
-    chosen = [] if interrupted else chosen_runs([one.judged for one in made.studied.values()])
+    chosen = [] if interrupted else chosen_runs([one.judged for one in study.studied.values()])
     shown = {name: StudiedRuns(one.scenarios, one.judged, one.promise, replayed_runs(one, request.laps, chosen))
-             for name, one in made.studied.items()}
+             for name, one in study.studied.items()}
     svg = draw_and_save(starts_figure(shown), folder / 'starts.png')
     mapped = ''
     if request.map:
         from mobile_robot_control.studying.map_picture import map_figure  # noqa: PLC0415 (Matplotlib, too)
 
-        mapped = save(map_figure(request.map, {name: one.judged for name, one in made.studied.items()}),
+        mapped = save(map_figure(request.map, {name: one.judged for name, one in study.studied.items()}),
                       folder / 'map.png')
-    judgement = Judgement(made.values['success'], request.metrics, request.settled_within)
-    write_study_page(folder / 'study.html', shown, judgement, svg, made.provenance, interrupted, mapped)
+    criteria = Criteria(study.values['success'], request.metrics, request.settled_within)
+    write_study_page(folder / 'study.html', shown, criteria, svg, study.provenance, interrupted, mapped)
     return folder / 'study.html'
 
 
@@ -153,14 +154,14 @@ def _cells(column: NDArray[Any]) -> list[str]:
         return ['' if math.isnan(value) else repr(value) for value in column.tolist()]
     if column.dtype.kind != 'U':
         return [*map(str, column.astype(int).tolist())]
-    known = {value: _quoted(value) for value in np.unique(column).tolist()}
-    return [known[value] for value in column.tolist()]
+    quoted = {value: _quoted(value) for value in np.unique(column).tolist()}
+    return [quoted[value] for value in column.tolist()]
 
 
-def _quoted(text: str) -> str:
+def _quoted(value: str) -> str:
     """Return a text as a cell of a CSV file."""
     cell = io.StringIO()
-    csv.writer(cell, lineterminator='').writerow([text])
+    csv.writer(cell, lineterminator='').writerow([value])
     return cell.getvalue()
 
 
@@ -178,19 +179,20 @@ _REPEATED, _FEW = 10_000, 8
 
 def odometry_lines(request: StudyRequest, results: Mapping[str, StudiedController]) -> Iterator[str]:
     """Yield for each controller with drifting odometry how many of its failures odometry shows as successes."""
-    for name, one in results.items():
-        failed = np.flatnonzero(~one.judged.success)
-        if not failed.size or has_exact_odometry(one.parameters.plant):
+    for name, studied in results.items():
+        failed = np.flatnonzero(~studied.judged.success)
+        if not failed.size or has_exact_odometry(studied.parameters.plant):
             continue
-        draws = study_draws(request, one.parameters, by_odometry=True)
-        _, some = next(draws.runs(one.scenarios.chosen(failed[:_FEW])))
+        draws = study_draws(request, studied.parameters, by_odometry=True)
+        _, some = next(draws.runs(studied.scenarios.chosen(failed[:_FEW])))
         if failed.size > _FEW and compiles(some.scene):
             repeated = failed[:_REPEATED]
             with runner(Workers(request.where.workers)) as run:
-                rows = judged_rows(run, draws, one.scenarios.chosen(repeated))
+                rows = judged_rows(run, draws, studied.scenarios.chosen(repeated))
         else:
             repeated = failed[:_FEW]
-            rows = np.concatenate([run_draws(runs, False) for _, runs in draws.runs(one.scenarios.chosen(repeated))])
+            rows = np.concatenate([
+                run_draws(runs, False) for _, runs in draws.runs(studied.scenarios.chosen(repeated))])
         near = np.count_nonzero(rows[:, 0])
         yield (f'{name}: success counts the true pose; by odometry {near} of '
                f'{"" if repeated.size == failed.size else "the first "}{repeated.size} failures succeed'
@@ -199,26 +201,26 @@ def odometry_lines(request: StudyRequest, results: Mapping[str, StudiedControlle
 
 def replayed_runs(studied: StudiedController, laps: float, chosen: Sequence[int]) -> dict[int, Run]:
     """Return some runs of a controller by their index."""
-    found = {}
+    replays = {}
     for n in chosen:
         samples = driven(studied.parameters, studied.scenarios[n], laps)
         if samples:
             kind = 'success' if studied.judged[n].success else 'failure'
-            found[n] = Run(f'run {n + 1}, {kind}', collect(samples), (), {}, studied.parameters)
-    return found
+            replays[n] = Run(f'run {n + 1}, {kind}', collect(samples), (), {}, studied.parameters)
+    return replays
 
 
-def _in_words(found: Mapping[str, Any]) -> str:
+def _in_words(summary: Mapping[str, Any]) -> str:
     """Describe the success of a controller in a line."""
-    low, high = (f'{100.0 * end:.4g}' for end in found['success_interval'])
-    median = found['metrics']['rms_position_error']['median']
+    low, high = (f'{100.0 * end:.4g}' for end in summary['success_interval'])
+    median = summary['metrics']['rms_position_error']['median']
     error = '' if median is None else f', median RMS position error {median:.4g} m'
-    return f'{found["successes"]} of {found["runs"]} runs succeeded (95 % interval {low} to {high} %){error}'
+    return f'{summary["successes"]} of {summary["runs"]} runs succeeded (95 % interval {low} to {high} %){error}'
 
 
 @takes_fields(StudyRequest)
 def study(
-    *files: File, runs: int, seed: int, compare: Compared = (), robot: File | None = None,
+    *files: File, runs: int, seed: int, compare: Controllers = (), robot: File | None = None,
     parameters: Mapping[str, object] | None = None, progress: bool = False, **options: object,
 ) -> Study:
     """

@@ -105,15 +105,15 @@ def _log_binomial(n: int, k: int) -> float:
     return lgamma(n + 1) - lgamma(k + 1) - lgamma(n - k + 1)
 
 
-def log_hypergeometric_tail(found: int, drawn: int, marked: int, total: int) -> float:
+def log_hypergeometric_tail(hits: int, drawn: int, marked: int, total: int) -> float:
     """
-    Return the logarithm of the probability of at least `found` marked ones among those drawn without replacement.
+    Return the logarithm of the probability of at least `hits` marked ones among those drawn without replacement.
 
     Implements the one-sided exact test of Fisher.
 
     Parameters
     ----------
-    found : int
+    hits : int
         Marked ones among the drawn, at least the expected number: below it, the sum is long.
     drawn, marked, total : int
         Drawn ones; marked ones among all; all.
@@ -124,10 +124,10 @@ def log_hypergeometric_tail(found: int, drawn: int, marked: int, total: int) -> 
     True
 
     """
-    first = (_log_binomial(marked, found) + _log_binomial(total - marked, drawn - found)
+    first = (_log_binomial(marked, hits) + _log_binomial(total - marked, drawn - hits)
              - _log_binomial(total, drawn))
     ratio = summed = 1.0
-    for k in range(found, min(drawn, marked)):
+    for k in range(hits, min(drawn, marked)):
         ratio *= (marked - k) * (drawn - k) / ((k + 1.0) * (total - marked - drawn + k + 1.0))
         summed += ratio
         if ratio < _EPSILON * summed:

@@ -5,7 +5,6 @@ import importlib
 import inspect
 from pathlib import Path
 
-import numpy as np
 import pytest
 from typed_names import typed_names
 
@@ -16,7 +15,6 @@ from mobile_robot_control.parameters.requests import options_of
 from mobile_robot_control.planning.request import PlanRequest
 from mobile_robot_control.runs.request import SimulationRequest
 from mobile_robot_control.search.request import SearchRequest
-from mobile_robot_control.settings.files import read_override
 from mobile_robot_control.studying.request import StudyRequest
 
 PACKAGE = Path(mrc.__file__).parent
@@ -56,14 +54,6 @@ def test_a_function_takes_and_explains_the_fields_of_its_request_with_their_defa
     for option in options_of(request_type).values():
         if option.field.unit and option.name in parameters:
             assert f'[{option.field.unit}]' in section.partition(f'{option.name} : ')[2]
-
-
-@pytest.mark.parametrize(('value', 'read'), [
-    (np.float64(0.1), 0.1), (np.int64(3), 3), (np.array([0.1, 0.2]), [0.1, 0.2]), ((1, 0.5), [1.0, 0.5]),
-    ((True, False), [True, False]), ('1e-3', '1e-3'), ('true', 'true'), (1e-07, 1e-07), ([], []),
-])
-def test_values_from_python_are_those_that_yaml_would_give(value, read):
-    assert repr(read_override(('plant.name', value))[2]) == repr({'name': read})
 
 
 def test_the_names_of_laws_and_curves_are_listed():

@@ -7,7 +7,7 @@ from concurrent.futures import Future
 import pytest
 
 from mobile_robot_control.dashboard.actions import Actions
-from mobile_robot_control.dashboard.publishing import Drawn, headed
+from mobile_robot_control.dashboard.publishing import SketchPoint, sketch_poses
 from mobile_robot_control.dashboard.recordings import save_parameters
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.settings.files import load
@@ -104,7 +104,7 @@ def test_saved_parameters_read_back_the_same_and_replace_no_file(tmp_path):
     (['', 'b', 'b'], [3.142, -2.356, -1.571]),
 ])
 def test_a_drawn_path_has_the_headings_of_its_marks(marks, headings):
-    drawn = [Drawn(*point, mark) for point, mark in zip([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], marks, strict=True)]
+    drawn = [SketchPoint(*point, mark) for point, mark in zip([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], marks, strict=True)]
     found = [math.remainder(pose.heading - heading, 2.0 * math.pi)
-             for pose, heading in zip(headed(drawn), headings, strict=True)]
+             for pose, heading in zip(sketch_poses(drawn), headings, strict=True)]
     assert found == pytest.approx([0.0] * len(headings), abs=1e-3)

@@ -8,11 +8,11 @@ from types import SimpleNamespace
 import pytest
 
 from mobile_robot_control.dashboard.path_driving import PathDriver
-from mobile_robot_control.dashboard.publishing import Drawn
+from mobile_robot_control.dashboard.publishing import SketchPoint
 from mobile_robot_control.parameters.declaration import flatten
 from mobile_robot_control.settings.configure import configure
 
-DRAWN = [Drawn(0.0, 0.0), Drawn(1.0, 0.0)]
+DRAWN = [SketchPoint(0.0, 0.0), SketchPoint(1.0, 0.0)]
 OF_A_LESSON = [[0.0, 0.0], [0.0, 2.0]]
 LIMITS = {'timing.max_linear_velocity': 1.0, 'timing.max_wheel_torque': 0.3}
 

@@ -10,7 +10,7 @@ import pytest
 from helpers.processes import wait_until
 
 from mobile_robot_control.dashboard import recordings as module
-from mobile_robot_control.dashboard.recordings import BusyError, Recordings, save_parameters
+from mobile_robot_control.dashboard.recordings import BusyError, PageRecordings, save_parameters
 
 PRESENT = {'plant': {'robot.mass': 10.0}}
 
@@ -52,7 +52,7 @@ def finished(recordings, count):
 
 def test_a_double_click_begins_one_recording_and_is_answered_once_it_records(tmp_path, recorders):
     started, _ = recorders
-    recordings = Recordings(tmp_path, '/')
+    recordings = PageRecordings(tmp_path, '/')
     found = at_once(lambda: recordings.start(PRESENT))
     assert len(started) == 1
     assert (tmp_path / 'begun').exists()
@@ -66,14 +66,14 @@ def test_a_double_click_begins_one_recording_and_is_answered_once_it_records(tmp
 def test_a_recording_that_has_not_begun_in_time_is_no_recording(tmp_path, recorders, monkeypatch):
     monkeypatch.setattr(module, '_BEGIN', 0.1)
     recorders[1]['begin'] = 'pass'
-    recordings = Recordings(tmp_path, '/')
+    recordings = PageRecordings(tmp_path, '/')
     with pytest.raises(BusyError, match=r'recording_1 has not begun for 0\.1 s'):
         recordings.start(PRESENT)
     recordings.close()
 
 
 def test_each_of_several_recordings_is_kept_and_why_one_failed_is_told_without_a_file(tmp_path, recorders):
-    failure, recordings = 'bag.mcap: No space left on device; make room there', Recordings(tmp_path, '/')
+    failure, recordings = 'bag.mcap: No space left on device; make room there', PageRecordings(tmp_path, '/')
     for number, state in ((1, 'done'), (2, 'done'), (3, 'failed')):
         if state == 'failed':
             recorders[1]['report'] = f'print({failure!r}); sys.exit(1)'

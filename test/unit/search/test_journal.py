@@ -86,8 +86,8 @@ def test_a_full_disk_keeps_the_result_so_far(tmp_path, monkeypatch):
     monkeypatch.setattr(Path, 'open', open_full)
     with pytest.raises(OSError, match='No space left') as full:
         run(tmp_path / 'file', 9)
-    assert len(full.value.found.history) == 3
-    assert full.value.found.point is not None
+    assert len(full.value.result.history) == 3
+    assert full.value.result.point is not None
     assert (tmp_path / 'file').read_bytes() == (tmp_path / 'whole').read_bytes()
 
 

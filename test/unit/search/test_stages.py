@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mobile_robot_control.search.journal import Journal
-from mobile_robot_control.search.search import Found, SearchSettings
+from mobile_robot_control.search.search import SearchResult, SearchSettings
 from mobile_robot_control.search.space import numbers_at, search_genes
-from mobile_robot_control.search.stages import Plan, Staged, search_in_stages
+from mobile_robot_control.search.stages import Staged, StagePlan, search_in_stages
 
 # p of 0 to 5 and q of 0 to 2
 GENES = search_genes('backstepping')[:2]
@@ -32,21 +32,22 @@ class Objective:
 
 def test_bounds_are_doubled_until_no_gain_ends_at_one_and_other_seeds_confirm_the_result():
     numbers, shown = [], []
-    found = search_in_stages(SETTINGS, Plan(7, 2), GENES, lambda genes: numbers.append(genes[0].high) or Objective(
+    found = search_in_stages(SETTINGS, StagePlan(7, 2), GENES, lambda genes: numbers.append(genes[0].high) or Objective(
         genes), progress=shown.append)
     assert numbers == [5.0, 10.0, 20.0, 40.0, 40.0, 40.0]
     assert found.is_complete
-    assert found.found.score == pytest.approx(1.0)
-    assert numbers_at(found.genes, found.found.point) == pytest.approx(BEST, abs=1e-3)
+    assert found.result.score == pytest.approx(1.0)
+    assert numbers_at(found.genes, found.result.point) == pytest.approx(BEST, abs=1e-3)
     assert (found.agreeing, len(found.repeated), found.edges) == (2, 2, [])
     assert found.confirmation.startswith('converged: 2 searches with other seeds end within ')
-    assert list(found.found.history) == shown
+    assert list(found.result.history) == shown
     assert [one.number for one in shown] == list(range(1, 6 * 12 + 1))
     assert [one.best for one in shown] == sorted((one.best for one in shown), reverse=True)
 
 
 def test_a_gain_at_an_edge_after_seven_doublings_is_told_with_the_effect_of_the_last():
-    found = search_in_stages(SETTINGS, Plan(7, 0), GENES, lambda genes: Objective(genes, lambda p, q: 1.0 + 1.0 / p))
+    found = search_in_stages(SETTINGS, StagePlan(7, 0), GENES,
+                             lambda genes: Objective(genes, lambda p, q: 1.0 + 1.0 / p))
     assert found.genes[0].high == 5.0 * 2**7
     # from 1 + 1 / 320 to 1 + 1 / 640
     edge, *others = found.edges
@@ -63,14 +64,14 @@ def test_bounds_asked_for_stay_and_a_search_begins_from_the_gains_that_it_is_giv
         return type('Seen', (), {'begin': staticmethod(lambda points: points), '__call__': lambda _, points: (
             begun.append(numbers_at(genes, points[0])) or inner(points))})()
 
-    found = search_in_stages(SETTINGS, Plan(7, 1, frozenset({GENES[0].name}), (4.0, 1.5)), GENES, objective)
+    found = search_in_stages(SETTINGS, StagePlan(7, 1, frozenset({GENES[0].name}), (4.0, 1.5)), GENES, objective)
     assert found.genes[0] == GENES[0]
     assert begun[0] == pytest.approx((4.0, 1.5))
     assert 'upper edge of its search, 0 to 5' in found.edges[0]
 
 
 def test_a_search_is_converged_if_other_seeds_end_within_2_percent():
-    one = Staged(Found(np.array([0.5, 0.5]), 2.0, ()), GENES, True, None, (2.0, 2.05))
+    one = Staged(SearchResult(np.array([0.5, 0.5]), 2.0, ()), GENES, True, None, (2.0, 2.05))
     assert one.agreeing == 1
     assert one.confirmation == ('not converged: of 2 searches with other seeds, 1 end within 2 % of that, the worst '
                                 '2.5 % above it; more --generations may find better gains')
@@ -82,7 +83,7 @@ def test_interrupted_in_any_stage_and_resumed_it_equals_an_undisturbed_search(tm
     def run(name, calls=math.inf):
         asked = []
         journal = Journal(tmp_path / name, {'seed': 1}, True)
-        found = search_in_stages(SETTINGS, Plan(7, 2), GENES, Objective, journal,
+        found = search_in_stages(SETTINGS, StagePlan(7, 2), GENES, Objective, journal,
                                  stopped=lambda: asked.append(1) or len(asked) > calls)
         journal.close()
         return found, len(asked)
@@ -93,7 +94,7 @@ def test_interrupted_in_any_stage_and_resumed_it_equals_an_undisturbed_search(tm
         cut, _ = run('cut', 41)
         assert not cut.is_complete
     resumed, _ = run('cut')
-    assert resumed.found.point.tolist() == whole.found.point.tolist()
-    assert resumed._replace(found=None) == whole._replace(found=None)
-    assert resumed.found.history == whole.found.history
+    assert resumed.result.point.tolist() == whole.result.point.tolist()
+    assert resumed._replace(result=None) == whole._replace(result=None)
+    assert resumed.result.history == whole.result.history
     assert (tmp_path / 'cut').read_bytes() == (tmp_path / 'whole').read_bytes()

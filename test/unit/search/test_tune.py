@@ -57,7 +57,7 @@ def test_what_a_search_has_found_prints_itself_in_a_line(found):
 @pytest.mark.parametrize('law', LAWS)
 def test_a_first_look_finds_better_gains_than_the_configured_ones_for_every_law(law):
     found = mrc.tune(law, seed=3, parameters=SMALL, generations=2, population=10, workers=1, laps=0.4)
-    assert found.better.found < found.better.configured
+    assert found.better.searched < found.better.configured
     default, control = mrc.configure({}).position_controller.control, found.configuration.position_controller.control
     assert control.controller_type == law
     group, = {name.split('.')[1] for name in found.parameters if name.count('.') > 1 and 'gains' not in name}

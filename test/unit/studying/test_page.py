@@ -21,7 +21,7 @@ from mobile_robot_control.studying.engine import StudiedController
 from mobile_robot_control.studying.page import (
     FAILURES,
     MEDIANS,
-    Judgement,
+    Criteria,
     StudiedRuns,
     chosen_runs,
     study_data,
@@ -33,7 +33,7 @@ SVG = '<svg xmlns="http://www.w3.org/2000/svg" width="4" height="3"/>'
 PARAMETERS = configuration(100.0, 50.0, reference_cart={'period': 1.0})
 DRAWN = draw_scenarios(ScenarioDistribution(('lemniscate',), (0.1,), within=0.3, noise=Noise((0.01, 0.01, 0.0))), 8, 1)
 
-NEAR = Judgement('near the cart')
+NEAR = Criteria('near the cart')
 
 
 def outcome(trial):
