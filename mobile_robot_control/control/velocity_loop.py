@@ -39,22 +39,23 @@ class Asked(NamedTuple):
 
 @jitable
 def _unfed(
-    state: VelocityPiState, asked: Asked, measured: BodyVelocity, constants: VelocityConstants, robot: Robot, dt: float
+    state: VelocityPiState, request: Asked, measured: BodyVelocity, constants: VelocityConstants, robot: Robot,
+    dt: float,
 ) -> tuple[VelocityPiState, WheelTorque]:
     """Run a step of the velocity law."""
-    return velocity_pi.step(state, asked.command, measured, constants.gains, robot, constants.limit, dt)
+    return velocity_pi.step(state, request.command, measured, constants.gains, robot, constants.limit, dt)
 
 
 @jitable
 def _fed(
-    state: VelocityPiState, asked: Asked, measured: BodyVelocity, constants: VelocityConstants, _robot: Robot,
+    state: VelocityPiState, request: Asked, measured: BodyVelocity, constants: VelocityConstants, _robot: Robot,
     dt: float,
 ) -> tuple[VelocityPiState, WheelTorque]:
     """Run a step of the velocity law with feedforward."""
-    return velocity_pi.fed_step(state, asked.command, asked.acceleration, asked.age, measured, constants.gains,
+    return velocity_pi.fed_step(state, request.command, request.acceleration, request.age, measured, constants.gains,
                                 constants.nominal, constants.limit, dt)
 
 
 def velocity_step(feeds_torques: bool) -> Callable[..., tuple[VelocityPiState, WheelTorque]]:
-    """Return the step ``(state, asked, measured, constants, robot, dt) -> (state, torque)``, fed or not."""
+    """Return the step ``(state, request, measured, constants, robot, dt) -> (state, torque)``, fed or not."""
     return _fed if feeds_torques else _unfed

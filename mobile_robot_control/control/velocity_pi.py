@@ -52,9 +52,9 @@ class VelocityPiState(NamedTuple):
 
 
 @jitable
-def _held_by_limit(asked: float, given: float, error: float) -> bool:
+def _held_by_limit(requested: float, limited: float, error: float) -> bool:
     """Return whether integration of an error would push a channel further beyond its limit."""
-    return (asked - given) * error > 0.0
+    return (requested - limited) * error > 0.0
 
 
 @jitable
