@@ -185,11 +185,11 @@ def describe_model(configuration: Configuration, instead: Mapping[str, str] | No
                      {effect.phrase: effect.find for effect in missing if effect.find and drive in effect.drives})
 
 
-def _off(one: Declaration) -> Any:
+def _off(declaration: Declaration) -> Any:
     """Return the value that switches a parameter's effect off."""
-    if one.kind is tuple:
-        return (0.0,) * len(one.default)
-    return False if one.kind is bool else 0
+    if declaration.kind is tuple:
+        return (0.0,) * len(declaration.default)
+    return False if declaration.kind is bool else 0
 
 
 def smooth_part(configuration: Configuration) -> Configuration:

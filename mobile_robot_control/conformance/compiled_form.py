@@ -243,8 +243,9 @@ def _warn(law: Law, warning: str, suspected: list[Suspect] | None = None) -> Non
 
 def _lines(law: Law) -> str:
     """Return the expressions known to round differently when compiled, with file and line."""
-    found = '; '.join(map(str, suspects(law.step)))
-    return f'see {found}' if found else 'no expression is known to round otherwise; a division by zero does not raise'
+    suspected = '; '.join(map(str, suspects(law.step)))
+    return (f'see {suspected}' if suspected else
+            'no expression is known to round otherwise; a division by zero does not raise')
 
 
 def _share(plain: object, compiled: object) -> float:

@@ -221,10 +221,10 @@ def _failed_run(law: Law, trial: Trial, reference_sequence: tuple[Reference, ...
         yield f'{reason}, in a simulated run {what} from {trial.state.robot.motion.pose}, at {seen}'
 
 
-def _standing(given: tuple[Reference, ...], first: int) -> tuple[Reference, ...]:
+def _standing(sequence: tuple[Reference, ...], first: int) -> tuple[Reference, ...]:
     """Return references of a cart that stands from a tick on."""
-    place = Reference(given[first].pose, BodyVelocity(0.0, 0.0))
-    return (*given[:first], *[place] * (len(given) - first))
+    place = Reference(sequence[first].pose, BodyVelocity(0.0, 0.0))
+    return (*sequence[:first], *[place] * (len(sequence) - first))
 
 
 def survives_a_standing_cart(law: Law) -> Iterator[str]:

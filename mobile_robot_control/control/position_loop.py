@@ -135,24 +135,24 @@ def _compensated_as_stamped(
 
 
 @jitable
-def _unfed(asked: BodyVelocity, _references: tuple[Reference, ...], _lead: Lead) -> tuple[BodyVelocity, tuple[()]]:
+def _unfed(command: BodyVelocity, _references: tuple[Reference, ...], _lead: Lead) -> tuple[BodyVelocity, tuple[()]]:
     """Return a law's command unchanged."""
-    return asked, ()
+    return command, ()
 
 
 @jitable
-def _fed_lead(asked: BodyVelocity, references: tuple[Reference, ...], lead: Lead) -> tuple[BodyVelocity, tuple[()]]:
+def _fed_lead(command: BodyVelocity, references: tuple[Reference, ...], lead: Lead) -> tuple[BodyVelocity, tuple[()]]:
     """Return a law's command with the lead of a feedforward."""
-    return leading(asked, mean_acceleration(references[0], references[1]), lead), ()
+    return leading(command, mean_acceleration(references[0], references[1]), lead), ()
 
 
 @jitable
 def _fed_both(
-    asked: BodyVelocity, references: tuple[Reference, ...], lead: Lead
+    command: BodyVelocity, references: tuple[Reference, ...], lead: Lead
 ) -> tuple[BodyVelocity, BodyAcceleration]:
     """Return a law's command with the lead of a feedforward, and the acceleration for the velocity law's torques."""
     acceleration = mean_acceleration(references[0], references[1])
-    return leading(asked, acceleration, lead), acceleration
+    return leading(command, acceleration, lead), acceleration
 
 
 @lru_cache(maxsize=64)

@@ -54,10 +54,10 @@ class Steering(NamedTuple):
 
 
 @jitable
-def faded(asked: BodyVelocity, offset: BodyVelocity, elapsed: float) -> BodyVelocity:
+def faded(command: BodyVelocity, offset: BodyVelocity, elapsed: float) -> BodyVelocity:
     """Return a command with what is left of the difference at a change, after a time [s] since then."""
     share = exp(-elapsed / FADE_TIME)
-    return BodyVelocity(asked.linear + share * offset.linear, asked.angular + share * offset.angular)
+    return BodyVelocity(command.linear + share * offset.linear, command.angular + share * offset.angular)
 
 
 @jitable

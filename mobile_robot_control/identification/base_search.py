@@ -91,9 +91,9 @@ class _Search:
     """The data shared by all steps of a search."""
 
     def __init__(
-        self, recordings: Sequence[Recorded], robot: Robot, given: Base, tell: Callable[[], object], step: int
+        self, recordings: Sequence[Recorded], robot: Robot, configured: Base, tell: Callable[[], object], step: int
     ) -> None:
-        self._recordings, self._robot, self._given, self.tell, self._step = recordings, robot, given, tell, step
+        self._recordings, self._robot, self._given, self.tell, self._step = recordings, robot, configured, tell, step
         self.measured = [one.motion.moved[one.motion.usable] for one in recordings if one.motion]
 
     def model(self, start: Mapping[str, float], fixed: Mapping[str, float]) -> Model:
@@ -213,15 +213,15 @@ def _second_lags(
     return {name: (larger, smaller) for name, (smaller, larger) in lags.items() if smaller > _SECOND * larger}
 
 
-def _without_what_is_not_told(found: Estimate) -> dict[str, float]:
+def _without_what_is_not_told(estimated: Estimate) -> dict[str, float]:
     """Return the values of an estimate, without limits whose interval is wider than their value."""
-    widths = dict(zip(found.names, Z95 * found.deviations, strict=True))
-    return {name: value for name, value in _values(found).items()
+    widths = dict(zip(estimated.names, Z95 * estimated.deviations, strict=True))
+    return {name: value for name, value in _values(estimated).items()
             if not name.startswith('base.max_') or widths[name] < value}
 
 
-def _values(found: Estimate) -> dict[str, float]:
-    return dict(zip(found.names, found.values.tolist(), strict=True))
+def _values(estimated: Estimate) -> dict[str, float]:
+    return dict(zip(estimated.names, estimated.values.tolist(), strict=True))
 
 
 def _is_worth(before: Estimate, after: Estimate) -> bool:

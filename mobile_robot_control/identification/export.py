@@ -42,9 +42,9 @@ class _Line(NamedTuple):
 class _Robot:
     """The numbers of a result by short names, such as 'max_speed[0]'."""
 
-    def __init__(self, found: Identification) -> None:
+    def __init__(self, result: Identification) -> None:
         self._known: Mapping[str, Parameter] = {
-            one.name.removeprefix('plant.').removeprefix('base.'): one for one in found.parameters}
+            one.name.removeprefix('plant.').removeprefix('base.'): one for one in result.parameters}
 
     def value(self, *names: str) -> float | None:
         """Return the first number that is known."""

@@ -130,10 +130,10 @@ def _unlike(gain: float, unit: str) -> str:
     return f'{gain:.2g} times'
 
 
-def _gain(given: Floats, found: Floats) -> tuple[float, float]:
+def _gain(motion: Floats, other: Floats) -> tuple[float, float]:
     """Return the least-squares ratio of one motion to another, and the share that it leaves."""
-    gain = float(given @ found) / (float(given @ given) + 1e-12)
-    return gain, float(np.sqrt(((found - gain * given)**2).sum() / ((found**2).sum() + 1e-12)))
+    gain = float(motion @ other) / (float(motion @ motion) + 1e-12)
+    return gain, float(np.sqrt(((other - gain * motion)**2).sum() / ((other**2).sum() + 1e-12)))
 
 
 def _over_windows(

@@ -121,8 +121,8 @@ def with_judgement(result: Identification, contradicts: bool = False) -> Identif
         judgement = judgement._replace(grade=USABLE)
     result = result._replace(judgement=judgement, lacking=(*result.lacking, *slip_with_curvature(result.predictions)))
     if judgement.grade == UNUSABLE:
-        def unknown(one: Parameter) -> Parameter:
-            return one._replace(low=np.nan, high=np.nan)
+        def unknown(parameter: Parameter) -> Parameter:
+            return parameter._replace(low=np.nan, high=np.nan)
 
         return result._replace(parameters=tuple(map(unknown, result.parameters)), names=(), covariance=np.zeros((0, 0)),
                                reported=tuple(map(unknown, result.reported)))

@@ -92,8 +92,8 @@ def _listed(texts: Sequence[str]) -> str:
     return f'<ul>{items}</ul>'
 
 
-def _interval(one: Parameter) -> str:
-    return f'{one.low:.4g} to {one.high:.4g}' if np.isfinite(one.low) else 'as measured'
+def _interval(parameter: Parameter) -> str:
+    return f'{parameter.low:.4g} to {parameter.high:.4g}' if np.isfinite(parameter.low) else 'as measured'
 
 
 def _rows(pairs: Sequence[tuple[Parameter, float | None]], with_other: bool) -> list[list[str]]:

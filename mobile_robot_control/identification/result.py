@@ -178,16 +178,17 @@ def interval_of(name: str, value: float, deviation: float, unit: str) -> Paramet
     return Parameter(name, value, value - Z95 * deviation, value + Z95 * deviation, unit)
 
 
-def is_narrow(one: Parameter) -> bool:
+def is_narrow(parameter: Parameter) -> bool:
     """Return whether the interval of a parameter is narrow enough to count as identified."""
-    half = 0.5 * (one.high - one.low)
-    return half < max(_WIDEST * abs(one.value), _FINE.get(one.name.removeprefix('plant.').partition('[')[0], 0.0))
+    half = 0.5 * (parameter.high - parameter.low)
+    fine = _FINE.get(parameter.name.removeprefix('plant.').partition('[')[0], 0.0)
+    return half < max(_WIDEST * abs(parameter.value), fine)
 
 
-def left_out(one: Parameter) -> str:
+def left_out(parameter: Parameter) -> str:
     """Explain why a parameter is not written."""
-    return (f'{one.name} = {one.value:.3g} {one.unit}'.rstrip() + ' is not known to better than '
-            f'{one.low:.3g} to {one.high:.3g}, and is left out')
+    return (f'{parameter.name} = {parameter.value:.3g} {parameter.unit}'.rstrip() + ' is not known to better than '
+            f'{parameter.low:.3g} to {parameter.high:.3g}, and is left out')
 
 
 def rates_of(clocks: Mapping[str, Clock]) -> dict[str, float | str]:
@@ -317,8 +318,8 @@ def _section(parameters: Sequence[Parameter]) -> Iterator[str]:
             yield f'    {short}: {"true" if value is True else _number(value)}'
 
 
-def _told(one: Parameter) -> str:
-    return f'{one.low:.4g} to {one.high:.4g} {one.unit}'.rstrip()
+def _told(parameter: Parameter) -> str:
+    return f'{parameter.low:.4g} to {parameter.high:.4g} {parameter.unit}'.rstrip()
 
 
 def _number(value: float) -> str:
@@ -338,6 +339,6 @@ def compared(result: Identification, other_values: Mapping[str, object]) -> list
     return pairs
 
 
-def drive_of(found: Identification) -> str:
+def drive_of(result: Identification) -> str:
     """Describe the robot's kind of command."""
-    return 'velocity commands' if found.drive == VELOCITY else 'wheel torques'
+    return 'velocity commands' if result.drive == VELOCITY else 'wheel torques'

@@ -82,10 +82,10 @@ def _applied(requests: Commands, times: Floats, gain: float, time_constant: floa
     return applied
 
 
-def motor_parameters(found: Estimate) -> tuple[list[Parameter], list[Parameter]]:
+def motor_parameters(estimated: Estimate) -> tuple[list[Parameter], list[Parameter]]:
     """Return the time constant, if there is one, as a parameter of the plant; gain and delay."""
     gain, lag, delay = (interval_of(name, value, deviation, unit) for name, value, deviation, unit in zip(
-        found.names, found.values.tolist(), found.deviations.tolist(), ('', 's', 's'), strict=True))
+        estimated.names, estimated.values.tolist(), estimated.deviations.tolist(), ('', 's', 's'), strict=True))
     return [lag] if lag.low > _SHORTEST_LAG else [], [gain, delay]
 
 
@@ -182,10 +182,10 @@ def measured(recording: Known, robot: Robot) -> Floats:
     return np.concatenate([moved[one.first:one.last] for one in recording.segments])
 
 
-def robot_of(values: Mapping[str, float], given: Robot) -> tuple[Robot, Friction]:
+def robot_of(values: Mapping[str, float], configured: Robot) -> tuple[Robot, Friction]:
     """Return a robot and its friction with some parameters replaced, by name."""
-    return (given._replace(**{name.removeprefix('/**.robot.'): value for name, value in values.items()
-                              if name.startswith('/**.robot.')}), Friction(values.get(COULOMB, 0.0)))
+    return (configured._replace(**{name.removeprefix('/**.robot.'): value for name, value in values.items()
+                                   if name.startswith('/**.robot.')}), Friction(values.get(COULOMB, 0.0)))
 
 
 def torque_model(recordings: Sequence[Known], start: Mapping[str, float], robot: Robot) -> Model:

@@ -110,11 +110,12 @@ def corrected(moved: Floats, errors: Floats, robot: Robot) -> Floats:
     return np.column_stack([0.5 * (right + left), (right - left) / apart])
 
 
-def with_true_motion(one: Recorded, errors: Floats, robot: Robot) -> Recorded:
+def with_true_motion(recording: Recorded, errors: Floats, robot: Robot) -> Recorded:
     """Return a recording with the motion of odometry, corrected for its errors."""
-    assert one.motion  # noqa: S101 (for mypy: checked by the caller)
-    return one._replace(motion=RecordedMotion(one.motion.times, corrected(one.motion.moved, errors, robot),
-                                              one.motion.usable))
+    motion = recording.motion
+    assert motion  # noqa: S101 (for mypy: checked by the caller)
+    moved = corrected(motion.moved, errors, robot)
+    return recording._replace(motion=RecordedMotion(motion.times, moved, motion.usable))
 
 
 def alignment(recording: Recorded) -> Alignment:
@@ -213,10 +214,10 @@ def _of_odometry(calibration: Estimate | None, seen: Sequence[Recorded], robot: 
             seen, calibration.residuals, strict=True)], 'its odometry')))
 
 
-def _by_odometry(one: Recorded, left: Floats) -> Prediction:
+def _by_odometry(recording: Recorded, left: Floats) -> Prediction:
     """Return the motion of the pose from outside beside that of calibrated odometry, which leaves a residual."""
-    true = _thinned(one)
-    return prediction_of(one.name, true.times, true.moved, true.moved - left, true.usable, np.inf)
+    true = _thinned(recording)
+    return prediction_of(recording.name, true.times, true.moved, true.moved - left, true.usable, np.inf)
 
 
 def _estimates(estimated: Estimate, fit: BaseFit, kept: Sequence[str]) -> tuple[tuple[str, ...], Floats]:
@@ -245,10 +246,10 @@ def _clock_error(recordings: Sequence[Recorded]) -> float:
     return max(_CLOCK_ERROR[0], _CLOCK_ERROR[1] * max(jitters)) if any(jitters) else 0.0
 
 
-def _with_clock_error(found: Estimate, deviation: float) -> Estimate:
+def _with_clock_error(estimated: Estimate, deviation: float) -> Estimate:
     """Add a common clock error to the delays of an estimate [s]."""
-    shared = np.array([deviation if name.startswith('delay') else 0.0 for name in found.names])
-    return found._replace(covariance=found.covariance + np.outer(shared, shared))
+    shared = np.array([deviation if name.startswith('delay') else 0.0 for name in estimated.names])
+    return estimated._replace(covariance=estimated.covariance + np.outer(shared, shared))
 
 
 def _with_calibration_error(estimated: Estimate, calibration: Floats) -> Estimate:

@@ -289,13 +289,13 @@ def no_step(indices: tuple[()], _command: BodyVelocity, _torque: WheelTorque, _r
 
 @jitable
 def add_true_tick(
-    indices: PerformanceIndices, error: TrackingError, pose: Pose, n: int, given: MeasuredMotion, dt: float
+    indices: PerformanceIndices, error: TrackingError, pose: Pose, n: int, motion: MeasuredMotion, dt: float
 ) -> PerformanceIndices:
     """Add the n-th position period of a cart on a given path, with the true error and pose at its start."""
     # on the grid of whole nanoseconds, as the time of samples
     time = n * round(1e9 * dt) / 1e9
     apart = position_error(error)
-    return add_tick(indices, apart, cross_track(given.path, pose.x, pose.y, time, apart), time, dt)
+    return add_tick(indices, apart, cross_track(motion.path, pose.x, pose.y, time, apart), time, dt)
 
 
 @jitable

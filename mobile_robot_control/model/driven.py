@@ -42,17 +42,17 @@ def _reach(speed: WheelVelocity, fading: WheelTorque, forcing: Forcing, drivetra
 
 
 @jitable
-def _within_line(speed: float, reach: float, asked: float, fading: float, drivetrain: Drivetrain) -> bool:
+def _within_line(speed: float, reach: float, request: float, fading: float, drivetrain: Drivetrain) -> bool:
     """Return whether a motor stays within its torque-speed line over a period."""
-    highest, lowest = asked + max(fading, 0.0), asked + min(fading, 0.0)
+    highest, lowest = request + max(fading, 0.0), request + min(fading, 0.0)
     stall, slope = drivetrain.axle.stall_torque, drivetrain.axle.slope
     return slope * (speed + reach) + highest <= stall and slope * (speed - reach) + lowest >= -stall
 
 
 @jitable
-def stands(speed: float, asked: float, fading: float, outside: float, coulomb: float) -> bool:
+def stands(speed: float, request: float, fading: float, outside: float, coulomb: float) -> bool:
     """Return whether a wheel stands over a whole period, beside another that stands."""
-    torque = asked + outside
+    torque = request + outside
     return speed == 0.0 and abs(torque) <= coulomb and abs(torque + fading) <= coulomb
 
 

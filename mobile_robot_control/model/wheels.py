@@ -246,9 +246,9 @@ class Forcing(NamedTuple):
 
 
 @jitable_apart
-def held_torque(wheel: Wheel, asked: float, outside: float, axle: Axle) -> float:
+def held_torque(wheel: Wheel, request: float, outside: float, axle: Axle) -> float:
     """Return the torque [N m] on a wheel that neither fades nor depends on its speed."""
-    motor = wheel.line * axle.stall_torque if wheel.line != 0.0 else asked
+    motor = wheel.line * axle.stall_torque if wheel.line != 0.0 else request
     return motor + outside - axle.coulomb * wheel.direction
 
 

@@ -115,10 +115,10 @@ for _side in (_Loader, _Dumper):
     )
 
 
-def _represent_text(dumper: _Dumper, text: str) -> Any:
+def _represent_text(dumper: _Dumper, scalar: str) -> Any:
     """Write a text, in quotes if rcl would read it as something else."""
-    style = None if isinstance(as_rcl(text), str) else "'"
-    return dumper.represent_scalar('tag:yaml.org,2002:str', text, style=style)
+    style = None if isinstance(as_rcl(scalar), str) else "'"
+    return dumper.represent_scalar('tag:yaml.org,2002:str', scalar, style=style)
 
 
 _Dumper.add_representer(str, _represent_text)

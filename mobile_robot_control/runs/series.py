@@ -300,9 +300,9 @@ def _faulty_gaps(stamps: Stamps, start: int) -> list[Gap]:
     return [gap for gap in find_gaps(stamps, start) if (gap.end - gap.start) * 1e9 > patience]
 
 
-def _missing(found: list[Gap], usual: int) -> int:
+def _missing(gaps: list[Gap], usual: int) -> int:
     """Return the number of messages missing in gaps of a topic with a usual distance of stamps [ns]."""
-    return sum(max(1, round((gap.end - gap.start) * 1e9 / usual) - 1) for gap in found)
+    return sum(max(1, round((gap.end - gap.start) * 1e9 / usual) - 1) for gap in gaps)
 
 
 def _faults(topic: str, stamps: Stamps, first: int, last: int, start: int) -> Iterator[str]:

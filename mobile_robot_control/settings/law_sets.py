@@ -102,15 +102,15 @@ def set_for(law: str, present: Present) -> LawSet | None:
     return law_set if law_set and takes_torque and _fits(law_set, present.get(POSITION, {})) else None
 
 
-def _fits(found: LawSet, own: Mapping[str, object]) -> bool:
+def _fits(law_set: LawSet, own: Mapping[str, object]) -> bool:
     """Return whether a set is for the robot and rates of a position controller with these parameters."""
-    return all(own.get(name) == value for name, value in found.conditions.items())
+    return all(own.get(name) == value for name, value in law_set.conditions.items())
 
 
-def differing(found: LawSet, present: Present) -> Values:
+def differing(law_set: LawSet, present: Present) -> Values:
     """Return the values of a set that differ from the present ones, by node, of nodes that are present."""
     unlike = {node: {name: value for name, value in values.items() if present[node].get(name) != value}
-              for node, values in found.values.items() if node in present}
+              for node, values in law_set.values.items() if node in present}
     return {node: values for node, values in unlike.items() if values}
 
 

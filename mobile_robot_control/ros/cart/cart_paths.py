@@ -279,10 +279,10 @@ class WallClockPaths:
         if self._ready is not None and not self._ready.answer.stops and topic in ('', self._ready.answer.topic):
             self._ready = None
 
-    def _give_up(self, asked: _Asked) -> None:
+    def _give_up(self, question: _Asked) -> None:
         """Leave a question without an answer."""
         self._asked = None
-        if not asked.future.done():
+        if not question.future.done():
             self._started().drop()
 
     def _note_overtaken(self) -> None:

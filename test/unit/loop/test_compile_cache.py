@@ -54,10 +54,15 @@ class _Interrupts(numba.core.event.Listener):
 
 def test_an_interrupt_waits_for_the_compiler():
     one = numba.njit(lambda value: value + 1.0)
-    with pytest.raises(KeyboardInterrupt), numba.core.event.install_listener('numba:compile', _Interrupts()):
-        one(1.0)
+    # a shell starts a background job with interrupts ignored
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), numba.core.event.install_listener('numba:compile', _Interrupts()):
+            one(1.0)
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert len(one.signatures) == 1
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def _linked(home):
