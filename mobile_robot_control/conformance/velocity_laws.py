@@ -35,7 +35,7 @@ from mobile_robot_control.settings.nodes import NODES, Configuration
 
 _RATE = 500.0
 """[Hz]"""
-_DURATION = 4.0
+_DURATION = 2.0
 """[s] of a run."""
 _LIMIT = 0.5
 """[N m]"""

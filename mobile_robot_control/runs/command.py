@@ -67,11 +67,11 @@ def simulate_into_files(
             shown: Iterable[Sample] = tqdm(samples, total=simulation.steps, disable=None, leave=False)
             return shown
 
-        found = simulation.run(written, lambda: interrupt.requested)
+        result = simulation.run(written, lambda: interrupt.requested)
     if files.output is not None:
-        content = {**found.metrics, 'provenance': provenance(command_line, parameters)}
+        content = {**result.metrics, 'provenance': provenance(command_line, parameters)}
         write_atomically(path.with_suffix('.metrics.json'), json.dumps(content, indent=2) + '\n')
-    return found, parameters
+    return result, parameters
 
 
 class _Output(NamedTuple):
@@ -87,15 +87,15 @@ def parser() -> argparse.ArgumentParser:
 
 def _run(options: argparse.Namespace) -> int:
     files, output = request_of(SimulationFiles, options), request_of(_Output, options)
-    found, parameters = simulate_into_files(request_of(SimulationRequest, options), files, options.command_line)
+    result, parameters = simulate_into_files(request_of(SimulationRequest, options), files, options.command_line)
     for words in getattr(known_course(parameters.reference_cart), 'ignored', ()):
         print(printable(words), file=sys.stderr)
-    print(json.dumps(found.metrics) if output.json else f'{run_sentence(found.metrics, parameters)}.')
+    print(json.dumps(result.metrics) if output.json else f'{run_sentence(result.metrics, parameters)}.')
     if files.output is not None and not output.json:
         print(f'table, parameters and metrics: {printable(str(Path(files.output).resolve()))} and beside it')
-    if found.failure:
-        print(f'simulate: {found.failure}', file=sys.stderr)
-    return 1 if found.failure else 0
+    if result.failure:
+        print(f'simulate: {result.failure}', file=sys.stderr)
+    return 1 if result.failure else 0
 
 
 main = make_main(parser, _run)

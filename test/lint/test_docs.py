@@ -48,7 +48,7 @@ def test_there_is_a_page_for_each_node_with_the_table_of_its_parameters():
         assert tables(node) in page
 
 
-def test_the_table_of_shared_parameters_is_present_and_its_page_links_to_those_of_each_node():
+def test_the_table_of_shared_parameters_is_present_and_links_to_that_of_each_node():
     page = _page('parameters')
     assert insert_parameters(page) == page
     assert tables() in page

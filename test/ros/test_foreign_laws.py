@@ -23,6 +23,16 @@ FILE = """
 /**/position_controller: {ros__parameters: {controller_type: my_kanayama, my_kanayama: {p: 4.0, a: 50.0}}}
 /**/reference_cart: {ros__parameters: {curve: ellipse, period: 8.0}}
 """
+VELOCITY_LAW = """
+import math
+from mobile_robot_control import VelocityLaw, WheelTorque
+from mobile_robot_control.control.velocity_pi import VelocityGains
+
+def step(state, inputs, gains, robot, limit, dt):
+    return state, WheelTorque(math.nan if 0.2 < inputs.command.linear < 0.29 else 0.1, 0.1)
+
+VELOCITY_LAW = VelocityLaw('broken', step, VelocityGains)
+"""
 
 
 @pytest.fixture
@@ -138,3 +148,35 @@ def test_a_slow_step_on_the_wall_clock_stops_the_robot_until_a_law_is_selected(r
     assert chosen.successful
     robot.spin_until(lambda: line.speeds[-1][1] > 0.2)
     robot.stop()
+
+
+def test_a_velocity_law_of_a_file_that_fails_ends_the_experiment_with_free_wheels(domain, tmp_path):
+    file = tmp_path / 'broken.py'
+    file.write_text(VELOCITY_LAW)
+    done = run_command('experiment', '--velocity-law', file, '--duration', 4.0, '--output', tmp_path / 'run',
+                       '--composed', '-p', 'plant.real_time_factor:=0.0')
+    assert done.returncode == 1
+    assert "velocity_controller: law failed: its torques are nan and 0.1 N m" in done.stderr
+    assert json.loads((tmp_path / 'run' / 'metrics.json').read_text())['outcome'] == 'law_failed'
+    torques = [sample.torque for sample in bag.read_bag(tmp_path / 'run' / 'bag').samples]
+    assert torques[0] == (0.1, 0.1)
+    assert torques[-1] == (0.0, 0.0)
+    simulated = run_command('simulate', '--velocity-law', file, '--duration', 4.0, '--json')
+    assert simulated.returncode == 1
+    assert json.loads(simulated.stdout)['outcome'] == 'law_failed'
+
+
+def test_a_velocity_law_is_switched_to_in_a_run_without_a_jump_of_the_torque(robot):
+    robot.start('plant', 'velocity_controller', 'position_controller', 'reference_cart', composed=True,
+                arguments=['--params-file', CONFIG / 'kanayama.yaml', '-p', 'plant:real_time_factor:=0.5'])
+    robot.spin_until(lambda: robot.time() > 1.0)
+    result, = robot.set('velocity_controller', controller_type='computed_torque')
+    assert result.successful, result.reason
+    changed = robot.time()
+    robot.spin_until(lambda: robot.time() > changed + 1.0)
+    samples = [sample for sample in robot.recording().samples if sample.time > 0.8]
+    steps = [max(abs(a - b) for a, b in zip(later.torque, earlier.torque, strict=True))
+             for earlier, later in itertools.pairwise(samples)]
+    # commands change every 10 ms, torques with them
+    assert max(steps) < 0.05
+    assert abs(samples[-1].tick.error.longitudinal) < 0.02

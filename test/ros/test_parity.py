@@ -36,11 +36,16 @@ DELAY = {'plant.delay.velocity_steps': 2}
 STAMPED = {'/**.odometry_stamped': 'sampled'}
 PUSHED = {'plant.disturbance.time': 0.5, 'plant.disturbance.impulse': [0.002, -0.001]}
 
+FED = {'/**.feedforward.enabled': True, '/**.reference_horizon': 1}
+HEAVY = {'plant.mass_factor': 1.4, 'plant.friction_factor': 0.8, 'velocity_controller.max_wheel_torque': 0.25}
+
 ROBOTS = {
     'base with everything': {**LAGGING, **COARSE, **UNEVEN, **LATE, **JITTER, **TICKS, **DRIFTING, **NOISE,
                              **COMPENSATED},
     'torques with everything': {**MOTORS, **FRICTION, **LATE, **TICKS, **DRIFTING, **NOISE, **COMPENSATED, **DELAY,
                                 **PUSHED, **STAMPED},
+    'adaptive velocity law, fed': {**FED, **HEAVY, 'velocity_controller.controller_type': 'adaptive',
+                                   'position_controller.controller_type': 'kanayama'},
 }
 """In `make test`."""
 MORE = {
@@ -57,6 +62,12 @@ MORE = {
     'motors, friction, coupled': {**MOTORS, **FRICTION, 'plant.centripetal_coupling': True},
     'hybrid law on a late base': {**LAGGING, **LATE, **COMPENSATED,
                                   'position_controller.controller_type': 'hybrid_backstepping'},
+    'computed torque, coupled': {**HEAVY, **DELAY, 'plant.centripetal_coupling': True,
+                                 'velocity_controller.controller_type': 'computed_torque',
+                                 'velocity_controller.computed_torque.centripetal_coupling': True},
+    'sliding torque with the hybrid law': {**FED, **MOTORS, **TICKS,
+                                           'velocity_controller.controller_type': 'torque_sliding_mode',
+                                           'position_controller.controller_type': 'hybrid_backstepping'},
     'fuzzy law with friction': {**MOTORS, **FRICTION, **TICKS, 'position_controller.controller_type': 'fuzzy'},
 }
 """In `make soak`."""

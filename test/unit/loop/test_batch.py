@@ -9,12 +9,16 @@ import pytest
 from helpers.measuring import measured_run
 
 from mobile_robot_control import BodyVelocity, Field, Law, Observation, jitable
+from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.control.velocity_law import VelocityLaw
+from mobile_robot_control.control.velocity_pi import VelocityGains, VelocityPiState
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.batch import reason_of, run_trials
 from mobile_robot_control.loop.pool import Pool
 from mobile_robot_control.loop.trial import make_trial
 from mobile_robot_control.parameters.declaration import ParameterError
+from mobile_robot_control.quantities import WheelTorque
 from mobile_robot_control.runs.rollout import measure, rollout
 from mobile_robot_control.settings.configure import configure
 
@@ -220,3 +224,37 @@ def test_a_law_sees_error_reference_and_odometrys_velocity(registered):
     ticks = [sample.tick for sample in rollout(configured(), 0.2) if sample.tick.time == sample.time]
     assert seen == [Observation(tick.error, tick.reference, tick.velocity) for tick in ticks]
     assert seen[-1].velocity.linear > 0.0
+
+
+def test_a_velocity_law_that_is_registered_again_is_compiled_anew(registered):
+    def doubled(state, inputs, gains, robot, limit, dt):
+        state, torque = velocity_pi.step(state, inputs, gains, robot, limit, dt)
+        return state, WheelTorque(2.0 * torque.right, 2.0 * torque.left)
+
+    def run():
+        configuration = configure({'velocity_controller': {'controller_type': 'mine'}})
+        trial = make_trial(configuration, 0.4)
+        compiled, = run_trials([trial], True)
+        assert compiled.totals == pytest.approx(run_trials([trial], False)[0].totals, rel=1e-12)
+        return compiled.totals
+
+    def own_pi(state, inputs, gains, robot, limit, dt):
+        return velocity_pi.step(state, inputs, gains, robot, limit, dt)
+
+    results = []
+    for step in (own_pi, doubled):
+        registered(VelocityLaw('mine', step, VelocityGains, VelocityPiState()))
+        results.append(run())
+    assert results[0] != results[1]
+    assert results[0] == run_trials([make_trial(configure({}), 0.4)], True)[0].totals
+
+
+def test_a_velocity_law_that_fails_ends_a_trial_with_its_outcome(registered):
+    def failing(state, inputs, gains, robot, limit, dt):
+        return state, WheelTorque(math.nan if 0.2 < inputs.command.linear < 0.29 else 0.1, 0.1)
+
+    registered(VelocityLaw('failing', failing, VelocityGains))
+    trial = make_trial(configure({'velocity_controller': {'controller_type': 'failing'}}), 4.0)
+    for outcome in (*run_trials([trial], True), *run_trials([trial], False)):
+        assert outcome.law_failed
+        assert 0 < outcome.steps < trial.steps
