@@ -23,7 +23,7 @@ _HOMES = {
     'summary': 'runs.metrics',
     # a law or a curve of one's own
     'Law': 'control.law', 'NoState': 'control.law', 'Curve': 'reference.curves', 'CurvePoint': 'reference.curves',
-    'VelocityLaw': 'control.velocity_law', 'VelocityInputs': 'control.velocity_law', 'WheelTorque': 'quantities',
+    'VelocityLaw': 'control.velocity_laws', 'VelocityInputs': 'control.velocity_law', 'WheelTorque': 'quantities',
     'register': 'parameters.plugins', 'Field': 'parameters.declaration', 'rule': 'parameters.declaration',
     'jitable': 'jit', 'elementary': 'elementary',
     'Observation': 'quantities', 'TrackingError': 'quantities', 'Reference': 'quantities', 'Pose': 'quantities',

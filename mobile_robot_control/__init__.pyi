@@ -7,8 +7,8 @@ from mobile_robot_control.control.law import Law as Law
 from mobile_robot_control.control.law import NoState as NoState
 from mobile_robot_control.control.laws import LAWS as LAWS
 from mobile_robot_control.control.velocity_law import VelocityInputs as VelocityInputs
-from mobile_robot_control.control.velocity_law import VelocityLaw as VelocityLaw
 from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS as VELOCITY_LAWS
+from mobile_robot_control.control.velocity_laws import VelocityLaw as VelocityLaw
 from mobile_robot_control.identification.request import identify as identify
 from mobile_robot_control.identification.result import Identification as Identification
 from mobile_robot_control.jit import jitable as jitable

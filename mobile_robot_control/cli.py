@@ -69,7 +69,8 @@ class _CommandParser(argparse.ArgumentParser):
                 self.error(f"argument {name}: '--' is no value; write one")
         options, rest = super().parse_known_args(args, namespace)
         options.command_line = shlex.join([self.prog, *words])
-        options.own_laws = loaded if self.drives else {}
+        # a search names its position law, and drives the velocity law
+        options.own_laws = loaded if self.drives else {'velocity law': loaded.get('velocity law', ())}
         return options, rest
 
     def error(self, message: str) -> NoReturn:

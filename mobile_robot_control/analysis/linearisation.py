@@ -112,23 +112,31 @@ def lap_loop(configuration: Configuration) -> LapLoop:
     position_tick = make_position_tick(steps.position, form)
 
     def checked_tick(*arguments: object) -> Any:
-        try:
-            ticked = position_tick(*arguments)
-        except KeyboardInterrupt:
-            raise
-        except BaseException as error:  # a law can raise anything
-            raise NotFollowedError(f'the law fails ({located_error(error)})') from error
+        ticked = _checked(position_tick)(*arguments)
         if not is_sound(ticked[0].sent.command):
             raise NotFollowedError('the law gives a command that is not finite')
         return ticked
 
     answer = _silent if steps.velocity is None else make_velocity_answer(steps.velocity, form)
-    tick = make_velocity_tick(steps.velocity, form)
+    answer, tick = _checked(answer), _checked(make_velocity_tick(steps.velocity, form))
     held = selected_velocity_law(configuration.velocity_controller.control)[0].estimates
     if held:
         answer, tick = _holding(held, answer), _holding(held, tick)
     return LapLoop(checked_tick, tick, answer, robot_step(form.plant), loop,
                    round(loop.position_dt / loop.robot.plant.dt))
+
+
+def _checked(ticked: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a tick that raises NotFollowedError where its law raises."""
+    def checked(*arguments: object) -> Any:
+        try:
+            return ticked(*arguments)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # a law can raise anything
+            raise NotFollowedError(f'the law fails ({located_error(error)})') from error
+
+    return checked
 
 
 def _holding(estimates: Sequence[str], ticked: Callable[..., Any]) -> Callable[..., Any]:

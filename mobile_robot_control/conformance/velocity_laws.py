@@ -49,7 +49,7 @@ class _Case(NamedTuple):
 
 
 def _cases() -> Iterator[_Case]:
-    """Yield drawn inputs with every choice of feedforward, known effort and limit, also large ones."""
+    """Yield drawn inputs, some of them large, with every choice of feedforward, applied torque and limit."""
     draws = Random(74)  # noqa: S311 (no secret)
     for n in range(400):
         size = 100.0 if n % 40 == 39 else 1.0

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
-from mobile_robot_control.control.law import NoState
+from mobile_robot_control.control.law import LawFailedError, NoState
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, WheelTorque
@@ -116,6 +116,10 @@ class VelocityLaw(NamedTuple):
 
 PI = 'pi'
 """The law of the chapter, whose parameters keep their group `gains`."""
+
+
+class VelocityLawFailedError(LawFailedError):
+    """A velocity law raised, or returned torques that are not finite."""
 
 
 @jitable

@@ -8,7 +8,8 @@ from typing import Any
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.laws import RESERVED, gains_violations
 from mobile_robot_control.control.selection import Selection
-from mobile_robot_control.control.velocity_law import PI, VelocityLaw
+from mobile_robot_control.control.velocity_law import PI
+from mobile_robot_control.control.velocity_law import VelocityLaw as VelocityLaw  # noqa: PLC0414 (with its registry)
 from mobile_robot_control.control.velocity_stability import instability_of
 from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.registry import Registry, Source, name_violations

@@ -6,9 +6,14 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.compensation import advanced
-from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.steering import FADE_TIME
-from mobile_robot_control.control.velocity_law import VelocityInputs, VelocityLaw, VelocityLawStep, is_finite
+from mobile_robot_control.control.velocity_law import (
+    VelocityInputs,
+    VelocityLaw,
+    VelocityLawFailedError,
+    VelocityLawStep,
+    is_finite,
+)
 from mobile_robot_control.elementary import exp
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.motors import saturate
@@ -184,6 +189,11 @@ class RunningVelocityLaw(NamedTuple):
     elapsed: float = math.inf
 
 
+def torques_in_words(torque: WheelTorque) -> str:
+    """Return what is wrong with torques that are not finite."""
+    return f'its torques are {torque.right} and {torque.left} N m'
+
+
 def begin_velocity_law(law: VelocityLaw, gains: Any) -> RunningVelocityLaw:
     """Start a law at rest."""
     return RunningVelocityLaw(law, gains, velocity_at_rest(law))
@@ -202,7 +212,7 @@ def running_velocity_step(
     Compute the torques of a law in a run of a node [N m].
 
     After a change of the law they go on from those before: it joins with them, and what is left of the difference
-    decays. Raises LawFailedError if the law raises, or its torques are not finite.
+    decays. Raises VelocityLawFailedError if the law raises, or its torques are not finite.
     """
     law, gains, state = running.law, running.gains, running.state
     feeds = request.acceleration != ()
@@ -215,9 +225,9 @@ def running_velocity_step(
         after, torque = make_velocity_step(form)(state, request, measured, constants._replace(gains=gains), dt)
         sound = is_finite(torque)
     except BaseException as error:  # a law can raise anything
-        raise LawFailedError(located_error(error)) from error
+        raise VelocityLawFailedError(located_error(error)) from error
     if not sound:
-        raise LawFailedError(f'its torques are {torque.right} and {torque.left} N m')
+        raise VelocityLawFailedError(torques_in_words(torque))
     offset, elapsed = running.offset, running.elapsed
     if running.joins:
         offset, elapsed = WheelTorque(running.torque.right - torque.right, running.torque.left - torque.left), 0.0

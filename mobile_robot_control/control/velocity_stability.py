@@ -33,6 +33,8 @@ _CHATTER = 0.02
 """[m/s], [rad/s]: largest lasting oscillation."""
 _LASTING = 0.9
 """Share of the swing before, above which it lasts."""
+_RESTING, _FORGETTING = 1e-10, 0.98
+"""Largest recent change of a velocity in a step where a command has settled, and what is kept of older ones."""
 _FASTEST = 1e3
 """[m/s], [rad/s]: a loop beyond has diverged."""
 _REST = WheelTorque(0.0, 0.0)
@@ -114,12 +116,17 @@ def make_settling(law_step: VelocityLawStep) -> Settling:
         point: LoopPoint, command: BodyVelocity, constants: LoopConstants, steps: int, watched: int
     ) -> tuple[LoopPoint, float, float]:
         low = high = low_turn = high_turn = rise = fall = rise_turn = fall_turn = before = 0.0
+        last, change = point.velocity, 1.0
         half = watched + (steps - watched) // 2
         for n in range(steps):
             point = loop_step(point, command, constants)
             v, omega = point.velocity
             if not (abs(v) < _FASTEST and abs(omega) < _FASTEST):
                 return point, math.inf, math.inf
+            change = max(_FORGETTING * change, abs(v - last.linear), abs(omega - last.angular))
+            last = point.velocity
+            if change < _RESTING and n > steps // 7:
+                return point, 0.0, 0.0
             if n in (watched, half):
                 before = max(min(rise, fall), min(rise_turn, fall_turn))
                 low, high, low_turn, high_turn = v, v, omega, omega

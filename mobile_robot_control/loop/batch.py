@@ -10,7 +10,6 @@ from typing import Any, Protocol
 
 from mobile_robot_control.control.law import LawStep
 from mobile_robot_control.control.laws import LAWS, prepare_compiled
-from mobile_robot_control.control.velocity_law import PI
 from mobile_robot_control.jit import APART, JITABLE
 from mobile_robot_control.loop.cross_track import converted
 from mobile_robot_control.loop.indices import MeasuredMotion
@@ -29,6 +28,7 @@ from mobile_robot_control.loop.trial import (
     bind,
     cart_motion,
     given_motion,
+    laws_in_words,
     make_rollout,
     prepared_loop,
     references,
@@ -215,13 +215,6 @@ def _try_rollout(trial: Trial) -> None:
     compiled_rollout(steps_of(trial), trial.form)(trial.state, prepared_loop(trial), motion, 0, trial.ratio, 0)
 
 
-def laws_in_words(trial: Trial) -> str:
-    """Return the beginning of a sentence on the laws of a trial; the shipped velocity law compiles."""
-    if trial.velocity_law == PI:
-        return f"the law '{trial.law}' runs"
-    return f"the law '{trial.law}' with the velocity law '{trial.velocity_law}' runs"
-
-
 def compiles(trial: Trial, attempt: Callable[[Trial], None] = _try_rollout) -> bool:
     """Return whether the law of a trial compiles, by an attempt; if it does not, print the reason once."""
     steps = steps_of(trial)
@@ -234,7 +227,7 @@ def compiles(trial: Trial, attempt: Callable[[Trial], None] = _try_rollout) -> b
         attempt(trial)
     except Exception as error:  # numba raises its own errors, and others from its own faults
         _uncompilable[steps] = reason_of(error)
-        print(f'{laws_in_words(trial)} plain, some hundred times slower: numba cannot compile it '
+        print(f'{laws_in_words(trial)} runs plain, some hundred times slower: numba cannot compile it '
               f'({_uncompilable[steps]})', file=sys.stderr)
         return False
     return True

@@ -25,6 +25,7 @@ from mobile_robot_control.loop.trial import (
     cart_motion,
     failed_outcome,
     given_motion,
+    laws_in_words,
     prepared_loop,
     report_failure,
     steps_of,
@@ -147,7 +148,7 @@ def run_draws(runs: DrawnRuns, compile_them: bool | None = None) -> Floats:
         try:
             rest_of_runs()
         except BaseException as error:  # a law can raise anything
-            report_failure(trial.law, law_failure(rest_of_runs, error))
+            report_failure(laws_in_words(trial), law_failure(rest_of_runs, error))
         at[0] += 1
     return np.array(judgements)
 

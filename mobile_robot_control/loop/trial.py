@@ -272,7 +272,7 @@ def roll_trial(trial: Trial, roll: Callable[..., Outcome], motion: object) -> Ou
     try:
         return rolled()
     except BaseException as error:  # a law can raise anything
-        report_failure(trial.law, law_failure(rolled, error))
+        report_failure(laws_in_words(trial), law_failure(rolled, error))
         return failed_outcome(trial)
 
 
@@ -281,10 +281,16 @@ def failed_outcome(trial: Trial) -> Outcome:
     return Outcome(0, trial.state.robot.motion.pose, _NO_TORQUE, _NOTHING, _NOTHING, True)
 
 
+def laws_in_words(trial: Trial) -> str:
+    """Return the names of a trial's laws; that of the PI law goes without saying."""
+    velocity = '' if trial.velocity_law == PI else f" with the velocity law '{trial.velocity_law}'"
+    return f"the law '{trial.law}'{velocity}"
+
+
 @lru_cache(maxsize=64)
-def report_failure(law: str, reason: str) -> None:
-    """Print the reason of a law's failure in trials, once for each reason."""
-    print(f"the law '{law}' failed in a trial: {reason}", file=sys.stderr)
+def report_failure(laws: str, reason: str) -> None:
+    """Print the reason of a failure of laws in trials, once for each reason."""
+    print(f'{laws} failed in a trial: {reason}', file=sys.stderr)
 
 
 class CartMotion(NamedTuple):

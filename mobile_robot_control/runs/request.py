@@ -7,6 +7,7 @@ from contextlib import redirect_stdout
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.control.velocity_law import VelocityLawFailedError
 from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.loop.scenarios import ONE_RUN, check_run_length
 from mobile_robot_control.parameters.declaration import Field
@@ -105,7 +106,9 @@ class Simulation:
                     if is_stopped():
                         return
             except LawFailedError as error:
-                failures.append(str(error))
+                kind, node = (('velocity', self.parameters.velocity_controller) if isinstance(
+                    error, VelocityLawFailedError) else ('position', self.parameters.position_controller))
+                failures.append(f"the {kind} law '{node.control.controller_type}' failed {error}")
                 raise
             except KeyboardInterrupt:
                 # of a step that does not end
@@ -118,13 +121,12 @@ class Simulation:
         if is_stopped() and run.outcome == 'diverged':
             run = run._replace(outcome='interrupted')
         metrics = summary(run)
-        law = self.parameters.position_controller.control.controller_type
         at = f'at t = {metrics["duration"]} s'
         return SimulationResult(metrics, {
             'completed': '',
             'interrupted': f'interrupted {at}',
             'diverged': f'the motion diverged {at}; lower the gains or raise the rates',
-            'law_failed': f"the position law '{law}' failed {' '.join(failures)}",
+            'law_failed': ' '.join(failures),
         }[run.outcome])
 
 

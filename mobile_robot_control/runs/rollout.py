@@ -8,6 +8,8 @@ from typing import Any
 
 from mobile_robot_control.control.law import LawFailedError, is_sound, law_failure
 from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.control.velocity_law import VelocityLawFailedError, is_finite
+from mobile_robot_control.control.velocity_loop import torques_in_words
 from mobile_robot_control.loop.closed_loop import Sample, Sent
 from mobile_robot_control.loop.indices import MeasuredRun
 from mobile_robot_control.loop.ticks import (
@@ -32,6 +34,7 @@ from mobile_robot_control.quantities import (
 from mobile_robot_control.reference.course import references_along
 from mobile_robot_control.runs.metrics import IndexMeter, RunMeter
 from mobile_robot_control.settings.nodes import Configuration
+from mobile_robot_control.system.texts import located_error
 
 
 def _stand(state: object, _observation: Observation, _gains: object, _dt: float) -> tuple[Any, BodyVelocity]:
@@ -62,7 +65,7 @@ def rollout(
     Raises
     ------
     LawFailedError
-        If the position law raises, or its command is not finite; after the sample of that time, with a zero command.
+        If a law raises, or its command or torques are not finite; after the sample of that time, with zeros.
 
     Examples
     --------
@@ -116,12 +119,24 @@ def trial_rollout(
             state = after
         before, over_last_step = state.robot, applied
         acting = loop._replace(robot=pushed(loop.robot, pushes[k], k)) if k in pushes else loop
-        state, torque, applied = velocity_tick(state, k, acting)
+        fault = ''
+        try:
+            state, torque, applied = velocity_tick(state, k, acting)
+            if not (form.plant.takes_velocity or is_finite(torque)):
+                fault = torques_in_words(torque)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:  # a law can raise anything
+            fault = located_error(error)
+        if fault:
+            torque = WheelTorque(0.0, 0.0)
         shown = before.sensors, before.motion, k, loop.robot.sensors
         yield Sample(nanoseconds / 1e9, tick, state.sent.command, *sensors.angles(*shown), sensors.wheels(*shown),
                      over_last_step, torque, truth)
         if failure:
             raise LawFailedError(f'at t = {time:g} s: {failure}')
+        if fault:
+            raise VelocityLawFailedError(f'at t = {nanoseconds / 1e9:g} s: {fault}')
         if dynamics.diverged(state.robot.motion, trial.state.robot.motion.pose):
             return
 

@@ -140,7 +140,7 @@ def _joined(number: str, unit: str) -> str:
 
 _ENDS = {
     'completed': 'completed {}', 'diverged': 'diverged after {}', 'not known': 'drove for {}',
-    'law_failed': 'was stopped after {}, when its position law failed',
+    'law_failed': 'was stopped after {}, when its law failed',
     'interrupted': 'was interrupted after {}', 'node_died': 'was broken off after {}, when a node gave no answer',
     'broken off': 'was recorded for {} only', RECORDED: 'was recorded for {}',
 }

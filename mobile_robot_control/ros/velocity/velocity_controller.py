@@ -7,7 +7,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from mobile_robot_control.control.law import LawFailedError
+from mobile_robot_control.control.velocity_law import VelocityLawFailedError
 from mobile_robot_control.control.velocity_laws import selected_velocity_law
 from mobile_robot_control.control.velocity_loop import (
     Asked,
@@ -36,7 +36,7 @@ _LARGEST = BodyAcceleration(100.0, 1000.0)
 """[m/s²], [rad/s²]: on the wall clock, larger accelerations are no robot's."""
 
 _LONGEST_STEP = 0.5
-"""[s] of wall time: a law that takes longer has failed."""
+"""[s]: on the wall clock, a law that takes longer has failed."""
 
 _ZERO, _NO_TORQUE = BodyVelocity(0.0, 0.0), WheelTorque(0.0, 0.0)
 
@@ -132,10 +132,11 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
             self._law, torque = running_velocity_step(
                 self._law, request, body_velocity(wheels, robot), applied,
                 VelocityConstants(self._law.gains, limit, robot), dt)
-        except LawFailedError as error:
+        except VelocityLawFailedError as error:
             return self._stop(str(error), inputs.stamp)
         took = time.monotonic() - begun
-        if took > _LONGEST_STEP:
+        # in lockstep time waits for the law
+        if took > _LONGEST_STEP and not self.shared.lockstep:
             return self._stop(f'a step took {took:.3g} s, and {_LONGEST_STEP:g} s are allowed', inputs.stamp)
         self._saturated = 0.0 < limit <= max(abs(torque.right), abs(torque.left))
         return {'wheel_torques': torque}

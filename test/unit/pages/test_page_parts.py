@@ -60,7 +60,7 @@ def test_a_whole_run_is_told_by_law_curve_errors_torque_and_messages():
 @pytest.mark.parametrize(('changes', 'words'), [
     *(({'outcome': outcome, 'duration': 3.2}, f'{BEGIN}{words}{END}') for outcome, words in (
         ('diverged', 'diverged after 3.2 s of 16 s'),
-        ('law_failed', 'was stopped after 3.2 s of 16 s, when its position law failed'),
+        ('law_failed', 'was stopped after 3.2 s of 16 s, when its law failed'),
         ('node_died', 'was broken off after 3.2 s of 16 s, when a node gave no answer'),
         ('broken off', 'was recorded for 3.2 s of 16 s only'), ('not known', 'drove for 3.2 s'),
         ('odd {} \u2028', r'ended after 3.2 s of 16 s (odd {} \u2028)'))),
