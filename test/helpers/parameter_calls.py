@@ -86,6 +86,10 @@ _UNKNOWN = ['', 'nonsense', 'backstepping', 'backstepping.', '.p', 'backstepping
             ' ', 'x' * 2000, 'größe', 'a b', 'fuzzy.b[0]', 'robot.mass ', '/plant.paused', 'qos_overrides./odom.depth']
 
 
+_LAWS = {'position_controller': ['backstepping', 'hybrid_backstepping', 'fuzzy'],
+         'velocity_controller': ['pi', 'computed_torque', 'adaptive']}
+
+
 def _factor(values):
     """Draw scaled copies of an array, which stays ordered."""
     return st.floats(0.8, 1.0).map(lambda factor: tuple(factor * value for value in values))
@@ -97,7 +101,7 @@ def _good_value(node, name):
     named = {
         'paused': st.booleans(),
         'hold_at': st.one_of(st.just(0), st.floats(1e6, 1e9)),
-        'controller_type': st.sampled_from(['backstepping', 'hybrid_backstepping', 'fuzzy']),
+        'controller_type': st.sampled_from(_LAWS.get(node, [])),
         'backstepping.alpha': st.one_of(st.just(1), st.floats(1.0, 1.5)),
         'hybrid_backstepping.b0': st.floats(0.1, 0.25),
         'hybrid_backstepping.b1': st.one_of(st.integers(1, 3), st.floats(1.0, 3.0)),

@@ -3,6 +3,7 @@
 import contextlib
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
@@ -23,7 +24,8 @@ REASONS = {
 @contextlib.contextmanager
 def published():
     """A process that publishes garbage within the context; at the end it tells how much."""
-    process = subprocess.Popen([sys.executable, garbage.__file__], stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen([sys.executable, '-m', garbage.__name__], cwd=Path(garbage.__file__).parents[1],
+                               stdout=subprocess.PIPE, text=True)
     try:
         yield
     finally:

@@ -90,7 +90,7 @@ def _taken(arguments, make, names):
             for name, value in values.items()}
 
 
-@pytest.mark.parametrize('count', [110, pytest.param(1000, marks=pytest.mark.soak)])
+@pytest.mark.parametrize('count', [125, pytest.param(1000, marks=pytest.mark.soak)])
 def test_node_and_commands_read_the_same_values_or_refuse_the_file(domain, tmp_path, capfd, count):
     path, outcomes = tmp_path / 'fuzzed.yaml', {}
 

@@ -66,7 +66,7 @@ def test_a_file_of_a_curve_alone_passes(tmp_path, capsys, monkeypatch, registere
 
 
 @pytest.mark.parametrize(('text', 'message'), [
-    ('x = 1', 'has neither LAW nor CURVE'),
+    ('x = 1', 'has neither LAW, VELOCITY_LAW nor CURVE'),
     ('raise ValueError("no")', 'cannot be imported (ValueError: no in {file}, line 1)'),
     ('LAW = 1', 'LAW is of type int'), ('CURVE = 1', 'CURVE is of type int'), (None, 'cannot be read'),
 ])
