@@ -164,19 +164,3 @@ def test_a_velocity_law_of_a_file_that_fails_ends_the_experiment_with_free_wheel
     simulated = run_command('simulate', '--velocity-law', file, '--duration', 4.0, '--json')
     assert simulated.returncode == 1
     assert json.loads(simulated.stdout)['outcome'] == 'law_failed'
-
-
-def test_a_velocity_law_is_switched_to_in_a_run_without_a_jump_of_the_torque(robot):
-    robot.start('plant', 'velocity_controller', 'position_controller', 'reference_cart', composed=True,
-                arguments=['--params-file', CONFIG / 'kanayama.yaml', '-p', 'plant:real_time_factor:=0.5'])
-    robot.spin_until(lambda: robot.time() > 1.0)
-    result, = robot.set('velocity_controller', controller_type='computed_torque')
-    assert result.successful, result.reason
-    changed = robot.time()
-    robot.spin_until(lambda: robot.time() > changed + 1.0)
-    samples = [sample for sample in robot.recording().samples if sample.time > 0.8]
-    steps = [max(abs(a - b) for a, b in zip(later.torque, earlier.torque, strict=True))
-             for earlier, later in itertools.pairwise(samples)]
-    # commands change every 10 ms, torques with them
-    assert max(steps) < 0.05
-    assert abs(samples[-1].tick.error.longitudinal) < 0.02

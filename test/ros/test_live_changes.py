@@ -100,3 +100,16 @@ def test_refused_parameters_change_nothing_and_whole_numbers_are_accepted_as_flo
             assert not word or word in result.reason
     before = robot.time()
     robot.spin_until(lambda: robot.time() > before + 0.5)
+
+
+def test_a_velocity_law_is_switched_to_in_a_run_without_a_jump_of_the_torque(robot):
+    _start(robot)
+    robot.spin_until(lambda: robot.time() > 1.0)
+    result, = robot.set('velocity_controller', controller_type='computed_torque')
+    assert result.successful, result.reason
+    samples = [sample for sample in _after(robot, 1.5).samples if sample.time > 0.8]
+    steps = [max(abs(a - b) for a, b in zip(later.torque, earlier.torque, strict=True))
+             for earlier, later in itertools.pairwise(samples)]
+    # commands change every 10 ms, torques with them
+    assert max(steps) < 0.05
+    assert abs(samples[-1].tick.error.longitudinal) < 0.05
