@@ -40,7 +40,7 @@ def _raising(state, inputs, gains, robot, limit, dt):
 
 
 @pytest.mark.parametrize('law', [
-    law if law.name == 'adaptive' else pytest.param(law, marks=pytest.mark.soak) for law in BUILT_IN])
+    law if law.name == 'pi' else pytest.param(law, marks=pytest.mark.soak) for law in BUILT_IN])
 def test_the_laws_of_the_package_pass(law):
     assert check_velocity_law(law, over_dds=False).passed == (
         'record', 'pure', 'finite', 'limit', 'stable', 'run', 'compiled')
