@@ -117,6 +117,10 @@ class WheelTorque(NamedTuple):
     left: float
 
 
+UNKNOWN_TORQUE = WheelTorque(float('nan'), float('nan'))
+"""Of a base that takes velocity commands, and where no torque is told."""
+
+
 class Reference(NamedTuple):
     """
     The reference cart at one time.

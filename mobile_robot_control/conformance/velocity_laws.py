@@ -26,9 +26,8 @@ from mobile_robot_control.control.velocity_stability import instability_of
 from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.trial import Outcome, make_trial
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.model.simulation import UNKNOWN_TORQUE
 from mobile_robot_control.parameters.registry import PluginError
-from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, BodyVelocity, WheelTorque
+from mobile_robot_control.quantities import NO_ACCELERATION, UNKNOWN_TORQUE, BodyAcceleration, BodyVelocity, WheelTorque
 from mobile_robot_control.reference.curves import CURVES
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.nodes import NODES, Configuration

@@ -18,12 +18,11 @@ from mobile_robot_control.elementary import exp
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.motors import saturate
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, BodyVelocity, WheelTorque
+from mobile_robot_control.quantities import NO_ACCELERATION, UNKNOWN_TORQUE, BodyAcceleration, BodyVelocity, WheelTorque
 from mobile_robot_control.system.texts import located_error
 
 _FADED = 4.0
 """[s] after a change of the law, after which nothing is left of the difference."""
-_UNREAD = WheelTorque(math.nan, math.nan)
 
 
 class VelocityState(NamedTuple):
@@ -134,7 +133,7 @@ def make_velocity_update(form: VelocityForm) -> Callable[..., VelocityState]:
 
 @jitable
 def _unread(_applied: tuple[()]) -> WheelTorque:
-    return _UNREAD
+    return UNKNOWN_TORQUE
 
 
 @lru_cache(maxsize=64)

@@ -21,10 +21,7 @@ from mobile_robot_control.model.plant_form import (
     sensors_at_rest,
 )
 from mobile_robot_control.model.robot import Robot
-from mobile_robot_control.quantities import BodyVelocity, Pose, Push, WheelTorque
-
-UNKNOWN_TORQUE = WheelTorque(float('nan'), float('nan'))
-"""The torque of a base that takes velocity commands."""
+from mobile_robot_control.quantities import UNKNOWN_TORQUE, BodyVelocity, Pose, Push, WheelTorque
 
 
 class RobotState(NamedTuple):

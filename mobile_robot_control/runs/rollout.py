@@ -21,9 +21,10 @@ from mobile_robot_control.loop.ticks import (
 from mobile_robot_control.loop.trial import Trial, course_of_trial, make_trial, prepared_loop, steps_of
 from mobile_robot_control.model import dynamics
 from mobile_robot_control.model.plant_form import sensing
-from mobile_robot_control.model.simulation import UNKNOWN_TORQUE, pushed
+from mobile_robot_control.model.simulation import pushed
 from mobile_robot_control.quantities import (
     NO_ACCELERATION,
+    UNKNOWN_TORQUE,
     BodyVelocity,
     Observation,
     Push,

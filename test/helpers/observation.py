@@ -2,8 +2,15 @@
 
 from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.velocity_law import VelocityInputs
-from mobile_robot_control.model.simulation import UNKNOWN_TORQUE
-from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Observation, Pose, Reference, TrackingError
+from mobile_robot_control.quantities import (
+    NO_ACCELERATION,
+    UNKNOWN_TORQUE,
+    BodyVelocity,
+    Observation,
+    Pose,
+    Reference,
+    TrackingError,
+)
 
 
 def observed(error, reference):

@@ -18,8 +18,14 @@ from mobile_robot_control.control.velocity_loop import (
 )
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_torque, read_wheel_velocity
 from mobile_robot_control.model.kinematics import body_velocity
-from mobile_robot_control.model.simulation import UNKNOWN_TORQUE
-from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, BodyVelocity, WheelTorque, WheelVelocity
+from mobile_robot_control.quantities import (
+    NO_ACCELERATION,
+    UNKNOWN_TORQUE,
+    BodyAcceleration,
+    BodyVelocity,
+    WheelTorque,
+    WheelVelocity,
+)
 from mobile_robot_control.ros.shared.conversions import bytes_reader, reader
 from mobile_robot_control.ros.shared.diagnostics import LAW_FAILED, Condition
 from mobile_robot_control.ros.shared.lockstep import Outputs
@@ -171,6 +177,6 @@ class VelocityController(LoopNode[VelocityControllerParameters]):
         return self._fed[1] if self._fed[0] == commands[0] else None
 
     def rest(self) -> Outputs:
-        """Empty the integrators; return torques that leave the wheels free."""
+        """Begin the law at rest; return torques that leave the wheels free."""
         self._law = begin_velocity_law(self._law.law, self._law.gains)
         return {'wheel_torques': _NO_TORQUE}
