@@ -104,7 +104,7 @@ def write_benchmark(benchmarked: Benchmarked, folder: Path, seconds: float | Non
     paths: dict[str, dict[str, DrivenPath | None]] = {}
     for cell, result in benchmarked.done:
         if not cell.feedforward:
-            paths.setdefault(cell.track.name, {}).setdefault(cell.law, result.path)
+            paths.setdefault(cell.track.name, {}).setdefault(cell.name, result.path)
     beside = {'seconds': seconds, 'provenance': benchmarked.provenance}
     write_atomically(folder / 'benchmark.json', json.dumps({**benchmarked.values, **beside}, indent=1) + '\n')
     write_atomically(folder / 'benchmark.csv', benchmark_table(benchmarked.values))

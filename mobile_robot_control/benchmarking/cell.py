@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS
 from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.scenarios import Scenario, configured_scenario
@@ -44,6 +45,8 @@ class Cell(NamedTuple):
         Whether gains are searched and judged with feedforward.
     more : ParameterSources
         Parameters on top of those of the track.
+    velocity_law : str
+        Name of the law of the wheel torques; '' for that which the parameters select.
     """
 
     law: str
@@ -56,6 +59,12 @@ class Cell(NamedTuple):
     objective: str
     feedforward: bool
     more: ParameterSources = ParameterSources()
+    velocity_law: str = ''
+
+    @property
+    def name(self) -> str:
+        """The name of its law in the table, with that of its velocity law where several compete."""
+        return f'{self.law}+{self.velocity_law}' if self.velocity_law else self.law
 
     def inputs(self) -> dict[str, Any]:
         """Return all that the result depends on, for JSON."""
@@ -63,13 +72,15 @@ class Cell(NamedTuple):
                 'source': LAWS.checksum(self.law), 'track': self.track.name,
                 'content': self.track.content(self.more), 'seed': self.seed, 'budgets': self.budgets,
                 'training': self.training, 'runs': self.runs, 'restarts': self.restarts, 'objective': self.objective,
-                'feedforward': self.feedforward}
+                'feedforward': self.feedforward,
+                **({'velocity_law': [self.velocity_law, VELOCITY_LAWS.checksum(self.velocity_law)]}
+                   if self.velocity_law else {})}
 
     def file(self, folder: Path) -> Path:
         """Return where its result is kept: the name changes with the inputs."""
         digest = sha256(json.dumps(self.inputs(), sort_keys=True).encode()).hexdigest()[:12]
         fed = '.feedforward' * self.feedforward
-        name = printable(f'{self.law}.{self.track.name}{fed}').replace('/', '_')
+        name = printable(f'{self.name}.{self.track.name}{fed}').replace('/', '_')
         return folder / f'{name}.{self.seed}.{digest}.json'
 
     def configuration(self) -> Configuration:
@@ -78,7 +89,10 @@ class Cell(NamedTuple):
 
     def sources(self) -> ParameterSources:
         """Return the parameters of its loop: those of the track, with the law and the horizon that it declares."""
-        return self._with_horizon().with_values({'position_controller.controller_type': self.law})
+        chosen = {'position_controller.controller_type': self.law}
+        if self.velocity_law:
+            chosen['velocity_controller.controller_type'] = self.velocity_law
+        return self._with_horizon().with_values(chosen)
 
     def _with_horizon(self) -> ParameterSources:
         sources, horizon = self.track.sources(self.more), LAWS[self.law].horizon

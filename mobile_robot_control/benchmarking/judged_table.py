@@ -6,13 +6,14 @@ import io
 import json
 import math
 import zlib
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from mobile_robot_control.benchmarking.cell import Cell
 from mobile_robot_control.benchmarking.cell_result import CONFIGURED, FED, JUDGED, SEARCHED, Done
 from mobile_robot_control.benchmarking.ranking import RANKED
 from mobile_robot_control.control.laws import LAWS
@@ -87,9 +88,9 @@ def content_digits(track: Track, more: ParameterSources) -> str:
     return sha256(json.dumps(track.content(more), sort_keys=True).encode()).hexdigest()[:16]
 
 
-def horizons_of(laws: Collection[str]) -> dict[str, int]:
-    """Return the horizons of the laws that declare one, by name."""
-    return {law: LAWS[law].horizon for law in laws if LAWS[law].horizon}
+def horizons_of(cells: Iterable[Cell]) -> dict[str, int]:
+    """Return the horizons of the laws of cells that declare one, by their names in the table."""
+    return {cell.name: LAWS[cell.law].horizon for cell in cells if LAWS[cell.law].horizon}
 
 
 def judged_table(done: Done, digits: str, earlier: JudgedTable | None = None) -> JudgedTable:
@@ -107,7 +108,7 @@ def judged_table(done: Done, digits: str, earlier: JudgedTable | None = None) ->
     """
     first = next(iter(done))[0]
     tracks: dict[str, dict[str, Any]] = {}
-    horizons = horizons_of([cell.law for cell, _ in done])
+    horizons = horizons_of(cell for cell, _ in done)
     results = []
     for cell, cell_result in done:
         name = cell.track.name
@@ -118,7 +119,7 @@ def judged_table(done: Done, digits: str, earlier: JudgedTable | None = None) ->
         for result in cell_result.results:
             judged = result.runs(cell.runs)
             results.append({
-                'track': name, 'law': cell.law, 'gains': kind, 'seed': cell.seed,
+                'track': name, 'law': cell.name, 'gains': kind, 'seed': cell.seed,
                 'budget': result.budget, 'success': None if judged is None else judged.success.astype(int).tolist(),
                 'rms': None if judged is None else [value if math.isfinite(value) else None
                                                     for value in judged.metrics[RANKED].tolist()]})
@@ -210,7 +211,7 @@ def runs_table(done: Done) -> str:
                 scenarios[key] = cell.drawn('judging', cell.configuration(), cell.runs)
             for gains, budget, judged in tried:
                 for n, scenario in enumerate(scenarios[key]):
-                    yield (cell.track.name, cell.law, gains, cell.seed, budget, n + 1, scenario.curve,
+                    yield (cell.track.name, cell.name, gains, cell.seed, budget, n + 1, scenario.curve,
                            scenario.scale, *scenario.start, scenario.mass, scenario.friction, scenario.delay,
                            scenario.noise.seed, int(judged.success[n]), judged.outcome[n],
                            *(judged.metrics[name][n] for name in JUDGED))

@@ -4,15 +4,18 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
+from mobile_robot_control.analysis.modelled import drive_of
 from mobile_robot_control.benchmarking.cell import Cell
 from mobile_robot_control.benchmarking.cell_result import Done, read_result
 from mobile_robot_control.benchmarking.judged_table import NAME, JudgedTable, content_digits, read_judged_table
 from mobile_robot_control.benchmarking.side_by_side import run_cells, run_side_by_side, run_together
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
+from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS
 from mobile_robot_control.loop.metric_table import INDEX_METRICS, RUN_METRICS
 from mobile_robot_control.loop.monte_carlo import LARGEST_SEED
 from mobile_robot_control.loop.pool import cores
 from mobile_robot_control.loop.workers import Workers, runner
+from mobile_robot_control.model.plant import TORQUE
 from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError, nearest
 from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.runs.metrics import summary
@@ -37,6 +40,9 @@ class BenchmarkRequest(NamedTuple):
                                            choices=LAWS)] = ()
     tracks: Annotated[tuple[str, ...], Field('', 'tracks of this package by name, or files of your own; all of this '
                                              'package, if left out')] = ()
+    velocity_laws: Annotated[tuple[str, ...], Field(
+        '', 'velocity laws to compare, each with every position law; otherwise all have that of the parameters',
+        choices=VELOCITY_LAWS)] = ()
     seed: Annotated[int, Field('', 'seed of the searches and of all scenarios', minimum=0,
                                maximum=LARGEST_SEED)] = _FIRST_SEED
     seeds: Annotated[tuple[int, ...], Field('', 'several seeds instead: how ranks depend on the draw', minimum=0,
@@ -72,6 +78,8 @@ class Benchmark:
     ----------
     cells : list of Cell
         In the order in which they run: a law with all its tracks is compiled once.
+    names : tuple of str
+        Of what competes: laws, or pairs of a position and a velocity law.
     tracks : dict of str to Track
         By name.
     table : JudgedTable or None
@@ -82,13 +90,14 @@ class Benchmark:
         if request.sources.robot is not None:
             raise ParameterError(['--robot is not taken: each track names its robot; write a track of your own'])
         self.table = read_judged_table(Path(request.against)) if request.against else None
+        bases = not request.velocity_laws or bool(request.tracks)
         if self.table:
             request = _of_the_table(request, self.table)
         self.request = request
         self.laws = tuple(dict.fromkeys(request.laws or LAWS))
         self.seeds = tuple(dict.fromkeys(request.seeds or (request.seed,)))
         self.budgets = tuple(sorted(set(request.budgets))) if request.tune else ()
-        tracks = [read_track(given) for given in dict.fromkeys(request.tracks or shipped_tracks())]
+        tracks = _tracks(request, bases)
         self.tracks = {track.name: track for track in tracks}
         if not tracks or len(self.tracks) < len(tracks):
             raise ParameterError(['--tracks: two files have one name; rename one' if tracks else
@@ -100,9 +109,12 @@ class Benchmark:
             self.seeds = tuple(sorted({seed for own in seeds.values() for seed in own}))
         self.cells = [Cell(
             law=law, track=track, seed=seed, budgets=self.budgets, training=request.scenarios, runs=request.runs,
-            restarts=request.restarts, objective=self.objective(track), feedforward=feedforward, more=request.sources)
+            restarts=request.restarts, objective=self.objective(track), feedforward=feedforward, more=request.sources,
+            velocity_law=velocity_law)
                       for feedforward in (False, True)[:1 + request.feedforward]
-                      for law in self.laws for track in tracks for seed in seeds[track.name]]
+                      for law in self.laws for velocity_law in dict.fromkeys(request.velocity_laws) or ('',)
+                      for track in tracks for seed in seeds[track.name]]
+        self.names = tuple(dict.fromkeys(cell.name for cell in self.cells))
         # what is wrong with a track is said at once
         for track in tracks:
             configuration = track.sources(request.sources).configuration()
@@ -158,6 +170,19 @@ class Benchmark:
         return self.held(folder)
 
 
+def _tracks(request: BenchmarkRequest, bases: bool) -> list[Track]:
+    """Return the tracks that are asked for, those of bases that take velocities if wanted; these have no such law."""
+    tracks = [read_track(given) for given in dict.fromkeys(request.tracks or shipped_tracks())]
+    if not request.velocity_laws:
+        return tracks
+    on_torques = [track for track in tracks if drive_of(track.sources(request.sources).configuration()) == TORQUE]
+    left_out = [track for track in tracks if track not in on_torques]
+    if bases and left_out:
+        raise ParameterError([f"--velocity-laws: the robot of the track '{track.name}' takes velocity commands, so "
+                              'it has no velocity law; leave the track out' for track in left_out])
+    return on_torques
+
+
 def _of_the_table(request: BenchmarkRequest, table: JudgedTable) -> BenchmarkRequest:
     """Return a request as a table was made; raise ParameterError where it asks for something else."""
     sizes = {name: getattr(table, name) for name in ('budgets', 'restarts', 'scenarios', 'runs')}
@@ -170,7 +195,7 @@ def _of_the_table(request: BenchmarkRequest, table: JudgedTable) -> BenchmarkReq
                   if getattr(request, name) not in (value, BenchmarkRequest._field_defaults[name])]
     laws = request.laws or tuple(law for law in LAWS if LAWS[law] not in BUILT_IN and law not in table.laws)
     violations += [f"--against: the table has a law '{law}' already; rename yours" for law in laws
-                   if law in table.laws]
+                   if law in table.laws and not request.velocity_laws]
     if not laws:
         violations.append('--against: no law is here but those of the package and of the table; load yours with --law '
                           'FILE')

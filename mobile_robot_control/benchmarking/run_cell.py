@@ -85,7 +85,8 @@ def run_cell(cell: Cell, work: Work) -> CellResult | None:
         return CellResult([BudgetResult(budget, reason) for budget in cell.budgets or (0,)])
     results = []
     gains, search, reason = configured_gains(configuration), None, ''
-    genes: Any = search_genes(cell.law, True, drive_of(configuration))
+    genes: Any = search_genes(cell.law, True, drive_of(configuration),
+                              configuration.velocity_controller.control.controller_type)
     for budget in cell.budgets or (0,):
         if budget and genes:
             searched = _searched(cell, configuration, genes, budget, work)

@@ -148,8 +148,8 @@ def run_together(
     def work(cell: Cell, gathered: RunTrials) -> None:
         run_cells([cell], gathered, folder, counted, stopped)
 
-    for law in dict.fromkeys(cell.law for cell in cells):
-        in_threads([cell for cell in cells if cell.law == law], work, run.together)
+    for law in dict.fromkeys(cell.name for cell in cells):
+        in_threads([cell for cell in cells if cell.name == law], work, run.together)
 
 
 def run_side_by_side(
@@ -204,7 +204,7 @@ def _parts(cells: Sequence[Cell], workers: int) -> list[list[Cell]]:
     """Divide cells into parts with the same compiled rollout; the longest first, so that all workers end together."""
     alike: dict[Any, list[Cell]] = {}
     for cell in cells:
-        alike.setdefault((cell.law, _form(cell)), []).append(cell)
+        alike.setdefault((cell.name, _form(cell)), []).append(cell)
     most = -(-len(cells) // workers)
     return sorted((group[n:n + most] for group in alike.values() for n in range(0, len(group), most)),
                   key=len, reverse=True)

@@ -49,7 +49,7 @@ def cell_hash(cell: Cell, result: CellResult) -> str:
     """Return digits that change with what a cell is and has shown; a reason may name a file, and a time differs."""
     shown = as_json(result)
     results = [{name: value for name, value in one.items() if name != 'reason'} for one in shown['results']]
-    content = [cell.law, cell.track.name, cell.seed, cell.feedforward, results, shown['configured']]
+    content = [cell.name, cell.track.name, cell.seed, cell.feedforward, results, shown['configured']]
     return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -62,10 +62,10 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
     results = [row for one, digits in zip(done, hashes, strict=True) for row in _rows(*one, digits)]
     held = {id(cell) for cell, _ in done}
     # another one may not answer at all
-    driven = {cell.law for cell, result in done if any(one.judged for one in result.results)}
+    driven = {cell.name: cell.law for cell, result in done if any(one.judged for one in result.results)}
     groups = {name: track.parameters.group or name for name, track in benchmark.tracks.items()}
     table, ranks, pairs, undone = benchmark.table, list[Values](), list[Values](), list[Values]()
-    laws = [*dict.fromkeys([*(table.laws if table else ()), *benchmark.laws])]
+    laws = [*dict.fromkeys([*(table.laws if table else ()), *benchmark.names])]
     for number, budget in enumerate(benchmark.budgets or (0,)):
         for name in benchmark.tracks:
             earlier = table.judged(name, budget) if table else {}
@@ -84,13 +84,13 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
                           'success_within': track.parameters.success_within,
                           'published': [*published_rows(track, benchmark.request.sources)]}
                    for name, track in benchmark.tracks.items()},
-        'unfinished': [{'law': cell.law, 'track': cell.track.name, 'seed': cell.seed, 'feedforward': cell.feedforward}
+        'unfinished': [{'law': cell.name, 'track': cell.track.name, 'seed': cell.seed, 'feedforward': cell.feedforward}
                        for cell in benchmark.cells if id(cell) not in held],
         'not_loaded': dict(LAWS.failures),
-        'not_repeatable': [law for law in benchmark.laws if law in driven and LAWS[law] not in BUILT_IN
-                           and not is_repeatable(LAWS[law])],
-        'horizons': {**(table.horizons if table else {}), **horizons_of(benchmark.laws)},
-        'against': {'hash': table.hash, 'added': list(benchmark.laws), 'undone': undone} if table else None,
+        'not_repeatable': [name for name, law in driven.items()
+                           if LAWS[law] not in BUILT_IN and not is_repeatable(LAWS[law])],
+        'horizons': {**(table.horizons if table else {}), **horizons_of(benchmark.cells)},
+        'against': {'hash': table.hash, 'added': list(benchmark.names), 'undone': undone} if table else None,
         'summary': [row for budget in benchmark.budgets or (0,)
                     for row in summary_of(laws, budget, ranks, pairs, groups)],
         'ranks': ranks, 'pairs': pairs, 'results': results,
@@ -113,7 +113,7 @@ def _rows(cell: Cell, cell_result: CellResult, digits: str) -> Iterator[dict[str
 
         successes = len(own) if own is not None else None
         yield {
-            'track': cell.track.name, 'law': cell.law, 'gains': gains, 'seed': cell.seed, 'budget': result.budget,
+            'track': cell.track.name, 'law': cell.name, 'gains': gains, 'seed': cell.seed, 'budget': result.budget,
             'runs': cell.runs if judged else 0, 'successes': successes,
             'success_interval': None if successes is None else list(wilson_interval(successes, cell.runs)),
             'rms': at(RANKED), 'rms_95': at(RANKED, 0.95), 'worst': at('max_position_error', 1.0),
@@ -138,7 +138,7 @@ def _ranked(
         if cell.track.name == track and not cell.feedforward:
             judged = result.results[number].runs(cell.runs)
             if judged is not None:
-                runs.setdefault(cell.law, {})[cell.seed] = judged
+                runs.setdefault(cell.name, {})[cell.seed] = judged
     pairs = pairs_of(runs)
     better = better_pairs(pairs)
     ranges, apart = rank_ranges(runs, better), ratios(runs, pairs)

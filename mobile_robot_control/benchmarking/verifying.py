@@ -18,7 +18,6 @@ from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.experiment.runner import run_experiment
 from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.loop.scenarios import Scenario, scenario_configuration, scenario_trial
-from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.ros.shared.process import Stop, check_environment
 from mobile_robot_control.runs.bag import read_bag
 from mobile_robot_control.runs.rollout import trial_rollout
@@ -43,15 +42,14 @@ class DrawnRun(NamedTuple):
     @property
     def name(self) -> str:
         """In words."""
-        return f'{self.cell.law} on {self.cell.track.name}, seed {self.cell.seed}, run {self.number + 1}'
+        return f'{self.cell.name} on {self.cell.track.name}, seed {self.cell.seed}, run {self.number + 1}'
 
 
 def drawn_runs(benchmark: Benchmark, done: Done, count: int) -> Iterator[DrawnRun]:
     """Yield runs of a benchmark, drawn by its first seed among those that were complete."""
     rng = random.Random(benchmark.seeds[0])  # noqa: S311 (a draw that can be repeated)
-    # nodes that know another mass would feed it forward
     complete = [(cell, result.results[-1].gains, result.results[-1].judged) for cell, result in done
-                if not result.results[-1].reason and not cell.feedforward]
+                if not result.results[-1].reason]
     places = range(len(complete) * benchmark.request.runs)
     for place in rng.sample(places, len(places)):
         cell, gains, judged = complete[place // benchmark.request.runs]
@@ -59,8 +57,7 @@ def drawn_runs(benchmark: Benchmark, done: Done, count: int) -> Iterator[DrawnRu
         rms = judged.metrics[RANKED][number] if judged else None
         configuration = with_gains(cell.configuration(), gains_of(cell, gains))
         scenario = cell.drawn('judging', configuration, cell.runs)[number]
-        # nodes that know another mass would time the path by it
-        if rms is None or (scenario.curve == PATH and scenario.mass != 1.0):
+        if rms is None:
             continue
         if not count:
             return

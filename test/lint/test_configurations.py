@@ -42,7 +42,7 @@ def test_every_shipped_file_loads_with_and_without_a_namespace(path):
 @pytest.mark.parametrize('path', FILES, ids=_id)
 def test_every_shipped_file_names_declared_parameters_alone(path):
     for section, content in yaml.safe_load(path.read_text()).items():
-        if path.parent.name == 'tracks' and section in ('track', 'published'):
+        if 'tracks' in path.parts and section in ('track', 'published'):
             continue  # of the benchmark, which checks them
         nodes = NODES if section == '/**' else [section.removeprefix('/**/')]
         known = set().union(*(declarations(NODES[node]) for node in nodes))

@@ -14,7 +14,7 @@ track: {ros__parameters: {purpose: Torques and noise., curves: [trifolium], scal
     variation: 0.2, delays: [1, 2]}}
 /**: {ros__parameters: {reference_horizon: 1, velocity_rate: 200.0, position_rate: 50.0}}
 /**/plant: {ros__parameters: {max_wheel_torque: 3.0, noise: {pose: [0.001, 0.001, 0.001], velocity: 0.01}}}
-/**/velocity_controller: {ros__parameters: {max_wheel_torque: 3.0}}
+/**/velocity_controller: {ros__parameters: {max_wheel_torque: 3.0, controller_type: computed_torque}}
 /**/reference_cart: {ros__parameters: {curve: trifolium, scale: 0.1, period: 4.0}}
 """,
     'late': """
@@ -30,8 +30,8 @@ MAIN = ('import sys; from mobile_robot_control.benchmarking import command; '
 
 def test_drawn_runs_are_the_same_over_dds_and_one_that_is_not_is_told(domain, tmp_path, monkeypatch):
     # gains as configured
-    arguments = ['--laws', 'ramsete', 'hybrid_backstepping', '--no-tune', '--runs', '3', '--workers', '1', '--output',
-                 str(tmp_path / 'out'), '--tracks']
+    arguments = ['--laws', 'ramsete', 'hybrid_backstepping', '--no-tune', '--feedforward', '--runs', '3',
+                 '--workers', '1', '--output', str(tmp_path / 'out'), '--tracks']
     for name, text in TRACKS.items():
         (tmp_path / f'{name}.yaml').write_text(text)
         arguments.append(str(tmp_path / f'{name}.yaml'))
@@ -51,7 +51,7 @@ def test_drawn_runs_are_the_same_over_dds_and_one_that_is_not_is_told(domain, tm
     for file in (tmp_path / 'out' / 'cells').glob('*.json'):
         cell = read_result(file)
         for name, value in cell.results[0].gains.items():
-            cell.results[0].gains[name] = value * (1.0 + 1e-6) if isinstance(value, float) else value
+            cell.results[0].gains[name] = value * (1.0 + 1e-3) if isinstance(value, float) else value
         write_result(file, cell)
     changed = verify(1)
     assert changed.returncode == 1

@@ -214,6 +214,7 @@ def _damaged(*_):
 
 @pytest.mark.parametrize(('arguments', 'told'), [
     (['--robot', 'kobuki'], 'each track names its robot'),
+    (['--velocity-laws', 'adaptive'], "--velocity-laws: the robot of the track 'small' takes velocity commands"),
     (['--tracks', 'rectangel'], "did you mean 'rectangle'?"),
     (['--laws', 'lqrr'], 'lqrr'),
     (['--verify'], 'holds no benchmark'),

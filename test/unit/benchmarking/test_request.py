@@ -31,6 +31,20 @@ def test_each_budget_is_searched_and_judged_as_alone(track, tmp_path):
     assert both[50] == alone.results[0]['values'] != both[25]
 
 
+def test_pairs_of_position_and_velocity_law_compete_each_with_its_own_gains(track, tmp_path):
+    track.write_text(track.read_text().replace('{drive: velocity}', '{max_wheel_torque: 3.0}'))
+    command = ('--laws', 'kanayama', '--velocity-laws', 'pi', 'computed_torque')
+    assert run(track, tmp_path / 'both', *command) == 0
+    values, rows = read(tmp_path / 'both')
+    assert values['laws'] == ['kanayama+pi', 'kanayama+computed_torque']
+    pi, other = (row for row in values['results'] if row['gains'] == 'searched')
+    assert {'velocity_controller.gains.k1', 'velocity_controller.gains.ti2'} <= {*pi['values']}
+    groups = {'.'.join(name.split('.')[:2]) for name in other['values']}
+    assert groups == {'velocity_controller.computed_torque', 'position_controller.kanayama'}
+    assert pi['rms'] != other['rms']
+    assert [row['law'] for row in rows].count('kanayama+pi') == 2
+
+
 def _drawn(track, law):
     """Return 50 scenarios for training and 50 for judging, of three tracks."""
     cells = Benchmark(BenchmarkRequest(ParameterSources(), (law,), (str(track), 'noise', 'delay'))).cells
