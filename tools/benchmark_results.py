@@ -135,7 +135,8 @@ def _listed(names: Sequence[str]) -> str:
     return told[0] if len(told) == 1 else f'{", ".join(told[:-1])} and {told[-1]}'
 
 
-def _length(value: float | None) -> str:
+def length(value: float | None) -> str:
+    """Return a length in mm or cm, three digits."""
     return '–' if value is None else f'{1e3 * value:.3g} mm' if value < 0.01 else f'{1e2 * value:.3g} cm'
 
 
@@ -181,8 +182,8 @@ def _on(ranks: Ranks, track: str, words: str) -> str:
     rows = {row['law']: row for row in ranks.tracks[track]}
     errors = sorted(rows[law]['rms'] for law in firsts if rows[law]['rms'] is not None)
     others = sorted(row['rms'] for law, row in rows.items() if law not in firsts and row['rms'] is not None)
-    rest = f'; the others, {_length(others[0])} to {_length(others[-1])}' if others else ''
-    span = _length(errors[0]) if len(errors) == 1 else f'{_length(errors[0])} to {_length(errors[-1])}'
+    rest = f'; the others, {length(others[0])} to {length(others[-1])}' if others else ''
+    span = length(errors[0]) if len(errors) == 1 else f'{length(errors[0])} to {length(errors[-1])}'
     return (f'{words} (`{track}`), no law is known to beat {_listed(firsts)}: median RMS error {span}{rest}.')
 
 
@@ -202,8 +203,8 @@ def _searched(ranks: Ranks) -> str:
     known = [row for row in ranks.values['ranks'] if row['rms'] is not None and row['configured_rms'] is not None]
     most = max(better, key=lambda row: row['configured_rms'] / row['rms'])
     return (f'A search makes the error smaller than that of the shipped gains on {len(better)} of {len(known)} pairs '
-            f'of law and track, most for `{most["law"]}` on `{most["track"]}`, from {_length(most["configured_rms"])} '
-            f'to {_length(most["rms"])}.')
+            f'of law and track, most for `{most["law"]}` on `{most["track"]}`, from {length(most["configured_rms"])} '
+            f'to {length(most["rms"])}.')
 
 
 def _fed(ranks: Ranks) -> str:
@@ -211,8 +212,8 @@ def _fed(ranks: Ranks) -> str:
     better = [row for row in known if row['feedforward_rms'] < row['rms']]
     most = max(better, key=lambda row: row['rms'] / row['feedforward_rms'])
     return (f'With feedforward, and gains searched with it, the error is smaller in {len(better)} of {len(known)} '
-            f'pairs of law and track, most for `{most["law"]}` on `{most["track"]}`, from {_length(most["rms"])} to '
-            f'{_length(most["feedforward_rms"])}.')
+            f'pairs of law and track, most for `{most["law"]}` on `{most["track"]}`, from {length(most["rms"])} to '
+            f'{length(most["feedforward_rms"])}.')
 
 
 def _converged(ranks: Ranks) -> str:
@@ -255,7 +256,7 @@ def _cell(row: Mapping[str, Any]) -> str:
         return rank_text(row)
     rank = f'**{rank_text(row)}**' if is_first(row) else rank_text(row)
     fails = 100.0 * (1.0 - row['success'])
-    return f'{rank}: {_length(row["rms"])}' + (f', {fails:.2g} % fail' if fails else '')
+    return f'{rank}: {length(row["rms"])}' + (f', {fails:.2g} % fail' if fails else '')
 
 
 def table_lines(values: Mapping[str, Any]) -> Iterator[str]:
