@@ -12,7 +12,7 @@ from mobile_robot_control.version import __version__
 
 _HOMES = {
     # the commands as functions that return arrays
-    'simulate': 'runs.request', 'load': 'runs.reading', 'tune': 'search.tune', 'study': 'studying.study',
+    'simulate': 'runs.request', 'load': 'drives.loading', 'tune': 'search.tune', 'study': 'studying.study',
     'benchmark': 'benchmarking.benchmark',
     'Benchmarked': 'benchmarking.benchmark',
     'plan': 'planning.request', 'Run': 'runs.run', 'Tuned': 'search.result', 'Study': 'studying.study',

@@ -9,6 +9,7 @@ from mobile_robot_control.control.laws import LAWS as LAWS
 from mobile_robot_control.control.velocity_law import VelocityInputs as VelocityInputs
 from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS as VELOCITY_LAWS
 from mobile_robot_control.control.velocity_laws import VelocityLaw as VelocityLaw
+from mobile_robot_control.drives.loading import load as load
 from mobile_robot_control.identification.request import identify as identify
 from mobile_robot_control.identification.result import Identification as Identification
 from mobile_robot_control.jit import jitable as jitable
@@ -28,7 +29,6 @@ from mobile_robot_control.reference.curves import CURVES as CURVES
 from mobile_robot_control.reference.curves import Curve as Curve
 from mobile_robot_control.reference.curves import CurvePoint as CurvePoint
 from mobile_robot_control.runs.metrics import summary as summary
-from mobile_robot_control.runs.reading import load as load
 from mobile_robot_control.runs.request import simulate as simulate
 from mobile_robot_control.runs.rollout import measure as measure
 from mobile_robot_control.runs.rollout import rollout as rollout
@@ -48,6 +48,7 @@ def benchmark(
     parameters: Mapping[str, object] | None = None,
     progress: bool = False,
     laws: Collection[str] = (),
+    velocity_laws: Collection[str] = (),
     seed: int = 1,
     seeds: Collection[int] = (),
     budgets: Collection[int] = (500,),

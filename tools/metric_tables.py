@@ -5,9 +5,11 @@ from collections.abc import Sequence
 
 from page_part import PagePart, table_row
 
+from mobile_robot_control.drives.drive_metrics import DRIVE_METRICS
 from mobile_robot_control.loop.metric_table import INDEX_METRICS, RUN_METRICS, Metric
 
-_TABLES = ((PagePart('table of metrics'), RUN_METRICS), (PagePart('table of performance indices'), INDEX_METRICS))
+_TABLES = ((PagePart('table of metrics'), RUN_METRICS), (PagePart('table of performance indices'), INDEX_METRICS),
+           (PagePart('table of drives'), DRIVE_METRICS))
 
 
 def _lines(metrics: Sequence[Metric]) -> list[str]:

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mobile_robot_control.analysis.intervals import student_tails
 from mobile_robot_control.elementary import log
 from mobile_robot_control.loop.monte_carlo import CONFIDENCE, JudgedRuns
-from mobile_robot_control.studying.tail_probabilities import student_tails
 
 Runs = Mapping[str, Mapping[int, JudgedRuns]]
 """Judged runs of a track by law and seed; a law that could not be judged with a seed lacks it."""

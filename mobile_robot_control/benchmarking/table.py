@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from mobile_robot_control.analysis.intervals import mean_interval
 from mobile_robot_control.benchmarking.cell import Cell
 from mobile_robot_control.benchmarking.cell_result import (
     CONFIGURED,
@@ -40,7 +41,6 @@ from mobile_robot_control.conformance.laws import is_repeatable
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
 from mobile_robot_control.elementary import ARITHMETIC, exp
 from mobile_robot_control.loop.monte_carlo import CONFIDENCE, JudgedRuns, wilson_interval
-from mobile_robot_control.studying.comparison import mean_interval
 
 Values = Mapping[str, Any]
 

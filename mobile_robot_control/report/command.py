@@ -3,13 +3,15 @@ The command `report`: measure and draw one recorded run, or several side by side
 
 It reads bags of other robots, too: odometry and reference are enough (docs/usage.md#read-a-bag-of-another-robot).
 `--robot`, `--params-file` and `-p` stand in for the parameters of a run that has none beside it. Runs named
-`real` and `simulated` are brought to one time base and compared.
+`real` and `simulated` are brought to one time base and compared. `--path` judges drives by a path, also those of
+another stack, and compares repetitions (docs/usage.md#judge-a-drive-by-its-path).
 
 For example:
   simulate --duration 16 --params-file config/fuzzy.yaml --output run.csv
   simulate --duration 16 --params-file config/backstepping.yaml --output other.csv
   report run.csv --output out
   report fuzzy=run.csv backstepping=other.csv --output both --animation
+  report dwb=runs/dwb_1,runs/dwb_2 mppi=runs/mppi_1,runs/mppi_2 --path /plan --output compared
 
 Files written to DIR:
   report.html  one self-contained page (docs/usage.md#read-a-report)
@@ -44,7 +46,7 @@ def _run(options: argparse.Namespace) -> int:
     output = Path(request.output)
     unreadable = report(
         [name_of(text) for text in request.runs], output, options.command_line, request.namespace, assumed,
-        request.animation, topics=topic_names(request.topic),
+        request.animation, topics=topic_names(request.topic), by_path=request.by_path,
     )
     print(f'report: {printable(str((output / "report.html").resolve()))}')
     return 1 if unreadable else 0

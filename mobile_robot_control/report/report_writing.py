@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mobile_robot_control.drives.page import DriveFigure, DriveReport
 from mobile_robot_control.figures.drawing import draw_and_save
 from mobile_robot_control.figures.figure import Figure, Floats, Line
 from mobile_robot_control.figures.palette import LINES
@@ -202,7 +203,9 @@ class _Shown(NamedTuple):
     figure: Figure | None
 
 
-def _figures(figures: Sequence[RunFigure], runs: Sequence[Run], folder: Path, step: Step) -> Iterator[_Shown]:
+def _figures(
+    figures: Sequence[RunFigure | DriveFigure], runs: Sequence[Run], folder: Path, step: Step
+) -> Iterator[_Shown]:
     """Write figures; yield each that is not empty, or the reason if drawing fails."""
     for kind in figures:
         step(kind.title)
@@ -241,11 +244,12 @@ def _charts(shown: Sequence[_Shown], runs: Sequence[Run]) -> str:
 
 def _parts(
     runs: Sequence[Run], folder: Path, step: Step, animation: bool, absent: Sequence[str],
-    origin: Mapping[str, Any], twins: Twins | None = None,
+    origin: Mapping[str, Any], twins: Twins | None = None, drives: DriveReport | None = None,
 ) -> Iterator[str]:
     """Yield the page from top to bottom, as HTML."""
     over_dds = [run for run in runs if timed(run.series)]
     figures = list(_figures(RUN_FIGURES, runs, folder, step))
+    by_path = list(_figures([DriveFigure(drives)], runs, folder, step)) if drives else []
     animations = list(_animations(runs, folder, step)) if animation else []
     timing = list(_figures(TIMING_FIGURES, over_dds, folder, step)) if over_dds else []
     plans, events = plans_of_runs(runs), list(event_parts(runs))
@@ -258,7 +262,8 @@ def _parts(
         yield f'<p>{escape(twins.sentence)}</p>'
     yield from (f'<p class="soft">{escape(run_description(run))}.</p>' for run in runs)
     yield page.contents([
-        ('metrics', 'Metrics', ()), *([('events', 'Events', ())] if events else []),
+        *([('drive', 'By the path', jumps(by_path))] if drives else []), ('metrics', 'Metrics', ()),
+        *([('events', 'Events', ())] if events else []),
         ('figures', 'Figures', jumps(figures)),
         *([('plan', 'Plan of the path', ())] if plans else []),
         *([('animation', 'Animation', ())] if animations else []),
@@ -268,6 +273,8 @@ def _parts(
                            for run in runs for problem in run.problems)]
     if problems:
         yield page.warning('What is missing', problems)
+    if drives:
+        yield page.section('drive', 'By the path', *drives.html(), page.grid(one.html for one in by_path))
     yield page.section('metrics', 'Metrics', metrics_table(runs))
     if events:
         yield page.section('events', 'Events', *events)
@@ -302,15 +309,15 @@ def _animations(runs: Sequence[Run], folder: Path, step: Step) -> Iterator[str]:
                                page.source(file.read_bytes(), 'image/gif'))
 
 
-def count_steps(runs: Sequence[Run], animation: bool = False) -> int:
+def count_steps(runs: Sequence[Run], animation: bool = False, drives: DriveReport | None = None) -> int:
     """Return the number of figures and animations in a report: the number of calls of `step` by `write_report`."""
     timing = len(TIMING_FIGURES) if any(timed(run.series) for run in runs) else 0
-    return len(RUN_FIGURES) + timing + (len(runs) if animation else 0)
+    return len(RUN_FIGURES) + timing + (len(runs) if animation else 0) + (drives is not None)
 
 
 def write_report(
     runs: Sequence[Run], folder: Path, step: Step, animation: bool = False, absent: Sequence[str] = (),
-    command_line: str = '',
+    command_line: str = '', drives: DriveReport | None = None,
 ) -> Path:
     """
     Write a report.
@@ -329,6 +336,8 @@ def write_report(
         Runs that could not be read, with the reason.
     command_line : str
         Recorded with the report.
+    drives : DriveReport or None
+        Of runs judged by their path.
 
     Returns
     -------
@@ -339,7 +348,7 @@ def write_report(
     file = folder / 'report.html'
     runs, twins = with_twins(runs)
     origins = {run.name: provenance(command_line, run.parameters) for run in runs}
-    parts = _parts(runs, folder / 'figures', step, animation, absent, origins[runs[0].name], twins)
+    parts = _parts(runs, folder / 'figures', step, animation, absent, origins[runs[0].name], twins, drives)
     styles, scripts = [*replay_styles(), *chart_styles()], [*replay_scripts(), *chart_scripts()]
     write_atomically(file, page.page(_title(runs), parts, styles, scripts))
     metrics = {run.name: run.metrics | {'problems': [*run.problems], 'provenance': origins[run.name]} for run in runs}

@@ -75,13 +75,15 @@ def choose_topics(namespace: str, topics: Mapping[str, str], held: Collection[st
     return usual | renamed, problems
 
 
-def missing_topics(names: Mapping[str, str], silent: Collection[str], held: Mapping[str, str]) -> Iterator[str]:
-    """Yield remedies for a bag without odometry or reference under the names sought."""
+def missing_topics(
+    names: Mapping[str, str], silent: Collection[str], held: Mapping[str, str], timed: bool = True
+) -> Iterator[str]:
+    """Yield remedies for a bag without odometry or, for a drive in time, reference under the names sought."""
     loop = [topic for topic, name in names.items() if name not in RECORDED_TOPICS]
     if not any(topic in held for topic in loop):
         yield (f'none of the topics {", ".join(loop)}; the bag holds {_listed(held)}: name the robot with --namespace, '
                'or its topics with --topic odom:=/NAME')
-    elif lacking := [name for name in ('odom', 'reference') if name in silent]:
+    elif lacking := [name for name in ('odom', 'reference')[:1 + timed] if name in silent]:
         kind = _KINDS[lacking[0]][0]
         free = [topic for topic, its in held.items() if its in (kind, '') and names.get(topic, '') in ('', *silent)]
         yield (f'the bag holds {_listed(free)} of type {kind}: where one of them is {" or ".join(lacking)}, add '
@@ -307,7 +309,7 @@ def read_contents(
 
 def read_bag(
     path: Path, namespace: str = '/', progress: ProgressCallback = lambda *_: None,
-    topics: Mapping[str, str] | None = None, partly: bool = False,
+    topics: Mapping[str, str] | None = None, partly: bool = False, timed: bool = True,
 ) -> Recording:
     """
     Read a run from a bag.
@@ -325,6 +327,8 @@ def read_bag(
         usual one is used, with a report.
     partly : bool
         Whether the recording covers only a part of the run: time then starts with that part.
+    timed : bool
+        Whether a reference in time is wanted, so that its lack is a problem.
 
     Returns
     -------
@@ -341,7 +345,7 @@ def read_bag(
         series, begun = series.begun_when_recorded()
         changes = tuple(change._replace(stamp=change.stamp - begun) for change in changes)
     silent = [topic for topic in series.signals if not series.has(topic)]
-    return Recording(series, changes, (*problems, *missing_topics(names, silent, held), *describe_gaps(series)))
+    return Recording(series, changes, (*problems, *missing_topics(names, silent, held, timed), *describe_gaps(series)))
 
 
 _TOPIC = re.compile(r'/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*', re.ASCII)

@@ -15,10 +15,10 @@ from mobile_robot_control.runs.metrics import RECORDED, IndexMeter, RunMeter, su
 from mobile_robot_control.runs.record import Event
 from mobile_robot_control.runs.rollout import is_complete
 from mobile_robot_control.runs.run import Run
-from mobile_robot_control.runs.run_files import UnreadableRunError, beside_a_run, companion, is_bag, locate, name_of
+from mobile_robot_control.runs.run_files import UnreadableRunError, beside_a_run, companion, is_bag, locate
 from mobile_robot_control.runs.samples import SampleReader, samples_of
 from mobile_robot_control.runs.series import Series, describe_gaps, period
-from mobile_robot_control.settings.configure import File, configure
+from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load as load_parameters
 from mobile_robot_control.settings.nodes import Configuration, has_exact_odometry
 from mobile_robot_control.system.files import TABLE, open_bounded
@@ -49,10 +49,11 @@ def _from_csv(path: Path, progress: ProgressCallback) -> Recording:
 
 
 def _from_bag(
-    path: Path, namespace: str, topics: Mapping[str, str] | None, progress: ProgressCallback, outcome: str | None
+    path: Path, namespace: str, topics: Mapping[str, str] | None, progress: ProgressCallback, outcome: str | None,
+    timed: bool,
 ) -> Recording:
     try:
-        return read_bag(path, namespace, progress, topics, partly=outcome == RECORDED)
+        return read_bag(path, namespace, progress, topics, partly=outcome == RECORDED, timed=timed)
     except BagError as error:
         raise UnreadableRunError(str(error)) from error
 
@@ -66,9 +67,11 @@ def _parameters(file: Path, configure: Configure) -> tuple[Configuration | None,
         return None, [f'{file.name} is not read: {first}' + (f' (and {len(others)} more)' if others else '')]
 
 
-def _complete(series: Series, exact: bool) -> tuple[Series, list[str]]:
+def _complete(series: Series, exact: bool, timed: bool) -> tuple[Series, list[str]]:
     """Add the errors that were not recorded to a run, and describe their origin."""
     absent = [topic for topic in ('odom', 'reference') if not series.has(topic)]
+    if absent == ['reference'] and not timed:
+        return series, []
     if absent:
         return series, [f'there is no {" and no ".join(absent)}, and so no tracking error and no metrics']
     complete, notes = with_errors(series, exact), []
@@ -109,7 +112,7 @@ def _measured(
 
 def read_run(
     path: Path, name: str, namespace: str, configure: Configure, progress: ProgressCallback, outcome: str | None = None,
-    topics: Mapping[str, str] | None = None,
+    topics: Mapping[str, str] | None = None, timed: bool = True,
 ) -> Run:
     """
     Read and measure a run; no file is changed.
@@ -130,6 +133,8 @@ def read_run(
         Of the run; if None, the recorded one.
     topics : mapping of str to str
         Other names of topics of the loop, or of `ground_truth`, in a bag.
+    timed : bool
+        Whether a reference in time is wanted, so that its lack is a problem.
 
     Returns
     -------
@@ -146,7 +151,8 @@ def read_run(
         beside, measured = companion(run, 'parameters.yaml'), companion(run, 'metrics.json')
         recorded_outcome, origin = beside_a_run(measured)
         outcome = recorded_outcome if outcome is None else outcome
-        recording = (_from_bag(run, namespace, topics, progress, outcome) if is_bag(run) else _from_csv(run, progress))
+        recording = (_from_bag(run, namespace, topics, progress, outcome, timed) if is_bag(run) else
+                     _from_csv(run, progress))
     except OSError as error:
         raise UnreadableRunError(f'{path}: cannot be read ({error.filename}: {error.strerror}); name a bag, a folder '
                                  'of `experiment` or a CSV of `simulate`') from error
@@ -155,7 +161,7 @@ def read_run(
     parameters, unknown = _parameters(beside, configure) if beside else (None, [])
     # a table has columns for the truth if odometry is not exact; for the bag of another robot this is unknown
     exact = has_exact_odometry(parameters.plant) if parameters else not is_bag(run)
-    series, notes = _complete(recording.series, exact)
+    series, notes = _complete(recording.series, exact, timed)
     metrics, missing = _measured(series, outcome, parameters, exact)
     events = tuple(Event((change.stamp - series.origin) / 1e9, change.node, change.values)
                    for change in recording.changes)
@@ -168,7 +174,7 @@ def read_run(
 
 def load_run(
     name: str, path: Path, namespace: str = '/', outcome: str | None = None, quiet: bool = False,
-    topics: Mapping[str, str] | None = None,
+    topics: Mapping[str, str] | None = None, timed: bool = True,
 ) -> Run:
     """
     Read and measure a run, with progress.
@@ -187,6 +193,8 @@ def load_run(
         Without a progress bar.
     topics : mapping of str to str
         Other names of topics of the loop in a bag.
+    timed : bool
+        Whether a reference in time is wanted.
 
     Raises
     ------
@@ -198,52 +206,4 @@ def load_run(
             bar.update(int(100 * done / max(1, total)) - bar.n)
 
         return read_run(path, name, namespace, lambda file: configure(load_parameters([file], namespace=namespace)),
-                        progress, outcome, topics)
-
-
-def load(
-    path: File, name: str | None = None, namespace: str = '/', topics: Mapping[str, str] | None = None,
-    progress: bool = False,
-) -> Run:
-    """
-    Read a recorded run, as the command `report` does.
-
-    Parameters
-    ----------
-    path : path
-        A bag (mcap or sqlite3), the folder of an experiment, or a CSV file of `simulate`.
-    name : str or None
-        For legends; if None, that of the file or of the folder.
-    namespace : str
-        Of the nodes of a bag.
-    topics : mapping of str to str or None
-        Names of topics of the loop in a bag, such as ``{'odom': '/base/odom'}``.
-    progress : bool
-        Whether to show a progress bar.
-
-    Returns
-    -------
-    Run
-        As from `simulate`; ``problems`` names everything that could not be read.
-
-    Raises
-    ------
-    ParameterError
-        If there is no run at this path; it says what to name instead.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import mkdtemp
-    >>> from mobile_robot_control import simulate
-    >>> file = Path(mkdtemp(), 'run.csv')
-    >>> simulate(duration=0.1).save(file)
-    >>> load(file).time.shape
-    (51,)
-
-    """
-    named, place = name_of(str(path))
-    try:
-        return load_run(named if name is None else name, place, namespace, quiet=not progress, topics=topics)
-    except UnreadableRunError as error:
-        raise ParameterError([str(error)]) from error
+                        progress, outcome, topics, timed)

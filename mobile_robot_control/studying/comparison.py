@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mobile_robot_control.analysis.intervals import binomial_interval, mean_interval
 from mobile_robot_control.loop.metric_table import BAND, METRIC_TABLE
 from mobile_robot_control.loop.monte_carlo import CONFIDENCE, Judged, JudgedRuns, metric_labels
-from mobile_robot_control.studying.tail_probabilities import binomial_interval, student_quantile
 
 COMPARED = ('late_max_position_error', 'rms_position_error')
 """The default metrics of paired differences."""
@@ -89,26 +89,6 @@ class Comparison(NamedTuple):
         """Return the name of the one with the better value of a metric; '' if the two cannot be told apart."""
         sign = -difference.sign if METRIC_TABLE[difference.metric].better == 'larger' else difference.sign
         return ('', self.second, self.first)[sign]
-
-
-def mean_interval(values: Sequence[float], confidence: float) -> tuple[float, float]:
-    """
-    Return the bounds of Student's interval of a mean; infinite for fewer than two values.
-
-    Examples
-    --------
-    >>> [round(bound, 3) for bound in mean_interval([1.0, 2.0, 3.0], 0.95)]
-    [-0.484, 4.484]
-
-    """
-    n = len(values)
-    if n < 2:
-        return -math.inf, math.inf
-    mean = math.fsum(values) / n
-    apart = np.asarray(values) - mean
-    variance = math.fsum((apart * apart).tolist()) / (n - 1)
-    half = student_quantile(confidence, n - 1) * math.sqrt(variance / n) if variance else 0.0
-    return mean - half, mean + half
 
 
 def _difference(metric: str, first: JudgedRuns, second: JudgedRuns, confidence: float) -> Difference:

@@ -8,11 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mobile_robot_control.analysis.intervals import log_hypergeometric_tail
 from mobile_robot_control.angles import wrap_angle
 from mobile_robot_control.elementary import exp, hypot, log
 from mobile_robot_control.loop.monte_carlo import CONFIDENCE, Judged, JudgedRuns, Scenarios
 from mobile_robot_control.loop.scenarios import Scenario
-from mobile_robot_control.studying.tail_probabilities import log_hypergeometric_tail
 
 _PARTS = 20
 """A quantity is split at each twentieth of the scenarios."""

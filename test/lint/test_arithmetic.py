@@ -9,8 +9,8 @@ from mobile_robot_control import elementary
 from mobile_robot_control.conformance.compiled_form import EXACT, ORDERED
 
 PACKAGE = Path(__file__).parents[2] / 'mobile_robot_control'
-REPORTS = ('analysis/', 'conformance/', 'dashboard/', 'figures/', 'identification/', 'pages/', 'planning/', 'report/',
-           'benchmarking/page.py', 'benchmarking/picture.py', 'experiment/', 'studying/map_picture.py',
+REPORTS = ('analysis/', 'conformance/', 'dashboard/', 'drives/', 'figures/', 'identification/', 'pages/', 'planning/',
+           'report/', 'benchmarking/page.py', 'benchmarking/picture.py', 'experiment/', 'studying/map_picture.py',
            'studying/page.py', 'ros/shared/diagnostics.py', 'runs/')
 """Reports and pages, which stand in no hash; LAPACK's last bits may differ there."""
 DECIDES = ('runs/csv_table.py', 'runs/rollout.py', 'excitation/excitation.py')

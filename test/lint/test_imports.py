@@ -21,8 +21,8 @@ WITH_ARRAYS = {'excitation/excitation.py', *(
     f'loop/{name}.py' for name in ('batch', 'cuda', 'cuda_kernels', 'drawn', 'monte_carlo')), *(
     f'reference/{name}.py' for name in (
         'joining', 'motion', 'path_fit', 'path_shape', 'planned_path', 'stopping', 'timing'))}
-MAY_IMPORT_HEAVY = {'analysis', 'benchmarking', 'figures', 'identification', 'pages', 'planning', 'report', 'runs',
-                    'search', 'studying'}
+MAY_IMPORT_HEAVY = {'analysis', 'benchmarking', 'drives', 'figures', 'identification', 'pages', 'planning', 'report',
+                    'runs', 'search', 'studying'}
 ROS = {'rclpy', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs', 'rcl_interfaces', 'rosgraph_msgs',
        'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_ros', 'trajectory_msgs'}
 

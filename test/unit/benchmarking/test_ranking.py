@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mobile_robot_control.analysis.intervals import mean_interval
 from mobile_robot_control.benchmarking.ranking import (
     Pair,
     better_pairs,
@@ -21,7 +22,6 @@ from mobile_robot_control.benchmarking.ranking import (
 )
 from mobile_robot_control.benchmarking.table import summary_of
 from mobile_robot_control.loop.monte_carlo import JudgedRuns
-from mobile_robot_control.studying.comparison import mean_interval
 
 ROOT = Path(__file__).parents[3]
 RUNS, SEEDS = 60, 10

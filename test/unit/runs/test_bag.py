@@ -12,11 +12,11 @@ from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
+from mobile_robot_control.drives.loading import load
 from mobile_robot_control.identification.recorded import read_recorded
 from mobile_robot_control.messages.mcap_stream import BagError
 from mobile_robot_control.runs import bag
 from mobile_robot_control.runs.bag_writer import BagWriter
-from mobile_robot_control.runs.reading import load
 from mobile_robot_control.runs.record import Event
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.topics import LOOP_TOPICS

@@ -1,6 +1,7 @@
-"""Tail probabilities and quantiles of Student's, the binomial and the hypergeometric distribution, in plain Python."""
+"""Intervals and probabilities of Student's, the binomial and the hypergeometric distribution, in plain Python."""
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 from mobile_robot_control.elementary import exp, lgamma, log, log1p
@@ -133,3 +134,22 @@ def log_hypergeometric_tail(hits: int, drawn: int, marked: int, total: int) -> f
         if ratio < _EPSILON * summed:
             break
     return first + log(summed)
+
+
+def mean_interval(values: Sequence[float], confidence: float) -> tuple[float, float]:
+    """
+    Return the bounds of Student's interval of a mean; infinite for fewer than two values.
+
+    Examples
+    --------
+    >>> [round(bound, 3) for bound in mean_interval([1.0, 2.0, 3.0], 0.95)]
+    [-0.484, 4.484]
+
+    """
+    n = len(values)
+    if n < 2:
+        return -math.inf, math.inf
+    mean = math.fsum(values) / n
+    variance = math.fsum((value - mean) * (value - mean) for value in values) / (n - 1)
+    half = student_quantile(confidence, n - 1) * math.sqrt(variance / n) if variance else 0.0
+    return mean - half, mean + half

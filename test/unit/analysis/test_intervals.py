@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy import special, stats
 
-from mobile_robot_control.studying import tail_probabilities as tails
+from mobile_robot_control.analysis import intervals as tails
 
 SIZES = st.floats(-0.3, 6.0).map(lambda exponent: 10.0**exponent)
 

@@ -1,0 +1,1 @@
+"""Drives judged by their path: no reference in time is needed."""
