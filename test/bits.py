@@ -48,10 +48,12 @@ FORMS = {
     'velocity': {'plant.drive': 'velocity', 'plant.base.lag': [0.1, 0.15], 'plant.base.dead_time': [0.03, 0.02],
                  'plant.base.max_acceleration': [1.0, 4.0], 'plant.base.dead_zone': [0.01, 0.02]},
 }
-VELOCITY_FORMS = {law: {
+FURTHER_FORMS = {law: {
     'velocity_controller.controller_type': law, 'velocity_controller.max_wheel_torque': 0.3, 'plant.mass_factor': 1.2,
     '/**.feedforward.enabled': True, '/**.reference_horizon': 1} for law in (
-        'computed_torque', 'torque_sliding_mode', 'adaptive')}
+        'computed_torque', 'torque_sliding_mode', 'adaptive')} | {'pulses': {
+            'plant.drive': 'velocity', 'plant.base.lag': [0.1, 0.1], 'plant.base.dead_zone': [0.3, 1.0],
+            'position_controller.dead_zone.linear': 0.3, 'position_controller.dead_zone.angular': 1.0}}
 TIMING = {f'reference_cart.timing.max_{name}': value for name, value in (
     ('linear_velocity', 0.5), ('angular_velocity', 1.5), ('linear_acceleration', 0.4), ('angular_acceleration', 3.0))}
 CURVES = ('trifolium', 'lemniscate', 'circle', 'lissajous', 'sinusoid', 'rounded_rectangle')
@@ -82,7 +84,7 @@ def flat(value):
 def loop(law, form, curve='trifolium'):
     return ParameterSources().with_values({
         'position_controller.controller_type': law, 'reference_cart.curve': curve,
-        **(FORMS | VELOCITY_FORMS)[form]}).configuration()
+        **(FORMS | FURTHER_FORMS)[form]}).configuration()
 
 
 def functions():
@@ -107,7 +109,7 @@ def rollouts():
     for form in FORMS:
         for n, law in enumerate(LAWS):
             yield f'rollout {law}, {form}', partial(found, law, form, CURVES[n % len(CURVES)])
-    for form in VELOCITY_FORMS:
+    for form in FURTHER_FORMS:
         yield f'rollout kanayama, {form}', partial(found, 'kanayama', form, 'lissajous')
 
 
@@ -122,7 +124,7 @@ def outcomes(compile_them):
     for form in FORMS:
         for law in LAWS:
             yield f'outcome {law}, {form}', partial(found, law, form)
-    for form in VELOCITY_FORMS:
+    for form in FURTHER_FORMS:
         yield f'outcome kanayama, {form}', partial(found, 'kanayama', form)
 
 

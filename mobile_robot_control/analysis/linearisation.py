@@ -106,7 +106,8 @@ class FollowedTick(NamedTuple):
 def lap_loop(configuration: Configuration) -> LapLoop:
     """Return the loop of a checked configuration; its position tick raises NotFollowedError if the law fails."""
     control, loop = configuration.position_controller.control, start(configuration)[0]
-    form = form_of(configuration)
+    # beyond a dead zone, within which there is no derivative
+    form = form_of(configuration)._replace(pulses=False)
     steps = law_steps(
         LAWS[control.controller_type], selected_velocity_law(configuration.velocity_controller.control)[0], form)
     position_tick = make_position_tick(steps.position, form)

@@ -4,6 +4,7 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.tracking_error import bearing, distance
 from mobile_robot_control.elementary import cos
+from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import BodyVelocity, Reference, TrackingError
 
@@ -37,6 +38,7 @@ class Approach(NamedTuple):
     arrived: bool = False
 
 
+@jitable
 def stands_still(reference: Reference) -> bool:
     """Return whether the cart stands, as one that waits does and one at a cusp for an instant."""
     return reference.velocity.linear == 0.0 and reference.velocity.angular == 0.0

@@ -3,11 +3,12 @@
 from typing import Any, NamedTuple
 
 from mobile_robot_control.control.compensation import NO_LEAD, Lead, lead, leading
+from mobile_robot_control.control.dead_zone import DeadZone, Pulses, in_pulses
 from mobile_robot_control.control.law import Law, checked_step
 from mobile_robot_control.control.laws import PositionControl, select
 from mobile_robot_control.control.limits import Limits, limit_command
 from mobile_robot_control.control.steering import Steering, faded, make_steered, start_of
-from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation, Reference, TrackingError
 
 _ZERO = BodyVelocity(0.0, 0.0)
 
@@ -27,7 +28,7 @@ class RunningLaw(NamedTuple):
     limits : Limits
         Of the command.
     command : BodyVelocity
-        The newest one.
+        The newest one, before it became pulses.
     changed : bool
         Whether the law or its gains are new since that command.
     offset : BodyVelocity
@@ -36,6 +37,10 @@ class RunningLaw(NamedTuple):
         Since that change [s].
     lead : Lead
         Times by which a feedforward leads the command.
+    dead_zone : DeadZone
+        Of the base.
+    pulses : Pulses
+        Of commands within it.
     """
 
     law: Law
@@ -47,6 +52,15 @@ class RunningLaw(NamedTuple):
     offset: BodyVelocity = _ZERO
     elapsed: float = 0.0
     lead: Lead = NO_LEAD
+    dead_zone: DeadZone = DeadZone()
+    pulses: Pulses = Pulses()
+
+    def in_pulses(self, error: TrackingError, reference: Reference, dt: float) -> tuple['RunningLaw', BodyVelocity]:
+        """Return the newest command for a base with a dead zone, and the law for the next step."""
+        if not any(self.dead_zone):
+            return self, self.command
+        pulses, command = in_pulses(self.pulses, self.command, error, reference, self.dead_zone, dt)
+        return self._replace(pulses=pulses), command
 
 
 def begin_law(parameters: PositionControl, dt: float, under_way: bool) -> RunningLaw:
@@ -56,7 +70,8 @@ def begin_law(parameters: PositionControl, dt: float, under_way: bool) -> Runnin
     A law that joins a run under way starts in its state `joining`; the hybrid law then counts the cart as seen.
     """
     law, gains = select(parameters, dt)
-    return RunningLaw(law, gains, start_of(law, joins=under_way), parameters.limits, lead=lead(parameters.feedforward))
+    return RunningLaw(law, gains, start_of(law, joins=under_way), parameters.limits, lead=lead(parameters.feedforward),
+                      dead_zone=parameters.dead_zone)
 
 
 def change(running: RunningLaw, parameters: PositionControl, dt: float, restart: bool = False) -> RunningLaw:
@@ -70,7 +85,7 @@ def change(running: RunningLaw, parameters: PositionControl, dt: float, restart:
     if law is not running.law or restart:
         state = start_of(law, joins=True)._replace(changed=state.changed)
     return running._replace(law=law, gains=gains, state=state, limits=parameters.limits, changed=True,
-                            lead=lead(parameters.feedforward))
+                            lead=lead(parameters.feedforward), dead_zone=parameters.dead_zone)
 
 
 def step(
@@ -94,7 +109,7 @@ def step(
     -------
     tuple of RunningLaw and BodyVelocity
         The law for the next step, and the command: the law's + (last before - first after) exp(-t / 0.2 s), within
-        limits.
+        limits, and in pulses within a dead zone.
 
     Raises
     ------
@@ -113,6 +128,7 @@ def step(
                               running.command.angular - law_command.angular)
         elapsed = 0.0
     command = limit_command(faded(law_command, offset, elapsed), running.command, running.limits, dt)
-    return (RunningLaw(
+    after = RunningLaw(
         law=running.law, gains=running.gains, state=state, limits=running.limits, command=command, changed=False,
-        offset=offset, elapsed=elapsed + dt, lead=running.lead), command)
+        offset=offset, elapsed=elapsed + dt, lead=running.lead, dead_zone=running.dead_zone, pulses=running.pulses)
+    return after.in_pulses(observation.error, observation.reference, dt)

@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import Any, ClassVar
 
 from mobile_robot_control.control.compensation import Feedforward
+from mobile_robot_control.control.dead_zone import DeadZone
 from mobile_robot_control.control.law import Law
 from mobile_robot_control.control.limits import Limits
 from mobile_robot_control.control.selection import Selection
@@ -29,7 +30,7 @@ BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{
 """In the order of their parameters; a new law of the package is a module and a line above."""
 RESERVED = frozenset({
     'velocity', 'controller_type', 'limits', 'input_timeout', 'stop_on_odom_conflict', 'compensate_latency',
-    'odom_latency', 'approach', 'feedforward', 'reference_horizon', 'robot', 'velocity_rate',
+    'odom_latency', 'approach', 'dead_zone', 'feedforward', 'reference_horizon', 'robot', 'velocity_rate',
     'position_rate', 'lockstep', 'peer_timeout', 'stamp_tolerance', 'stamped_cmd_vel', 'odometry_stamped',
     'odom_frame_id', 'path_frame', 'base_frame_id', 'reference_frame_id',
     'use_sim_time', 'qos_overrides', 'start_type_description_service',
@@ -98,10 +99,10 @@ LAWS: Registry[Law] = Registry(
 
 
 class PositionControl(Selection):
-    """The selected position law, the gains of all laws, the limits of the command, and its lead."""
+    """The selected position law, the gains of all laws, the limits of the command, its small motions, and its lead."""
 
     registry, default, description = LAWS, BUILT_IN[0].name, 'name of the position law'
-    further: ClassVar[dict[str, Any]] = {'limits': Limits(), 'feedforward': Feedforward()}
+    further: ClassVar[dict[str, Any]] = {'limits': Limits(), 'dead_zone': DeadZone(), 'feedforward': Feedforward()}
 
 
 def groups_of(law: Law) -> tuple[str, ...]:

@@ -16,6 +16,14 @@ from mobile_robot_control.control.compensation import (
     leading,
     mean_acceleration,
 )
+from mobile_robot_control.control.dead_zone import (
+    DeadZone,
+    Pulses,
+    in_pulses,
+    requested_before,
+    sent_before,
+    unchanged,
+)
 from mobile_robot_control.control.law import LawStep, is_sound
 from mobile_robot_control.control.limits import Limits, limit_command
 from mobile_robot_control.control.tracking_error import tracking_error
@@ -43,10 +51,13 @@ class PositionState(NamedTuple):
         Of the law, which may be steered.
     held : HeldOdometry or tuple
         Last odometry, for latency compensation; () without it.
+    pulses : Pulses or tuple
+        For a base with a dead zone; () without it.
     """
 
     law: Any
     held: Any
+    pulses: Any = ()
 
 
 class PositionConstants(NamedTuple):
@@ -63,6 +74,8 @@ class PositionConstants(NamedTuple):
         Extrapolation of odometry under latency compensation, beside its repeats, and its upper limit [s].
     lead : Lead
         Times by which a feedforward leads the command.
+    dead_zone : DeadZone
+        Of the base.
     """
 
     gains: Any
@@ -70,6 +83,7 @@ class PositionConstants(NamedTuple):
     latency: float
     longest_age: float
     lead: Lead = NO_LEAD
+    dead_zone: DeadZone = DeadZone()
 
 
 class SeenOdometry(NamedTuple):
@@ -94,17 +108,21 @@ class PositionForm(NamedTuple):
         Whether the command leads by the reference's acceleration.
     feeds_torques : bool
         Whether this acceleration goes to the velocity law, too.
+    pulses : bool
+        Whether commands within a dead zone become pulses.
     """
 
     compensates: bool = False
     timed: bool = False
     leads: bool = False
     feeds_torques: bool = False
+    pulses: bool = False
 
 
 def position_at_rest(law_start: object, form: PositionForm) -> PositionState:
     """Return the state of the position loop at a run's start, from that of its law."""
-    return PositionState(law_start, NO_ODOMETRY if form.compensates and not form.timed else ())
+    return PositionState(law_start, NO_ODOMETRY if form.compensates and not form.timed else (),
+                         Pulses() if form.pulses else ())
 
 
 @jitable
@@ -170,6 +188,7 @@ def make_position_step(
     if form.compensates:
         observed = _compensated_as_stamped if form.timed else _compensated
     fed = (_fed_both if form.feeds_torques else _fed_lead) if form.leads else _unfed
+    moving, last = (in_pulses, requested_before) if form.pulses else (unchanged, sent_before)
 
     @jitable
     def position_step(
@@ -181,8 +200,12 @@ def make_position_step(
         law, law_command = law_step(
             position.law, Observation(error, references[0], odometry.velocity, references[1:]), constants.gains, dt)
         law_command, acceleration = fed(law_command, references, constants.lead)
-        # limits would hide a nan
-        command = limit_command(law_command, before, constants.limits, dt) if is_sound(law_command) else FAILED
-        return PositionState(law, held), command, acceleration, error, seen
+        if not is_sound(law_command):
+            # limits would hide a nan
+            return PositionState(law, held, position.pulses), FAILED, acceleration, error, seen
+        pulses, command = moving(
+            position.pulses, limit_command(law_command, last(position.pulses, before), constants.limits, dt), error,
+            references[0], constants.dead_zone, dt)
+        return PositionState(law, held, pulses), command, acceleration, error, seen
 
     return position_step

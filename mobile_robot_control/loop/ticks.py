@@ -71,6 +71,8 @@ class Form(NamedTuple):
         Limit of a settled error [m].
     by_odometry : bool
         Whether such a run is measured by its odometry, and not by its true pose.
+    pulses : bool
+        Whether commands within the dead zone of a base become pulses.
     """
 
     plant: PlantForm = IDEAL
@@ -83,6 +85,7 @@ class Form(NamedTuple):
     indices: bool = False
     band: float = BAND
     by_odometry: bool = False
+    pulses: bool = False
 
 
 IDEAL_FORM = Form()
@@ -123,7 +126,8 @@ def driving_start(law: Law, form: Form) -> Any:
 
 def position_form(form: Form) -> PositionForm:
     """Return the choice of functions in the position loop."""
-    return PositionForm(form.compensates, form.timed, form.feeds, form.feeds and not form.plant.takes_velocity)
+    return PositionForm(form.compensates, form.timed, form.feeds, form.feeds and not form.plant.takes_velocity,
+                        form.pulses)
 
 
 def make_position_tick(
@@ -221,7 +225,8 @@ def form_of(configuration: Configuration) -> Form:
     shared = configuration.plant.shared
     return Form(plant_form(configuration.plant.model), configuration.position_controller.compensate_latency,
                 shared.stamps_samples, shared.reference_horizon, shared.feedforward.enabled,
-                configuration.reference_cart.path.uses_headings)
+                configuration.reference_cart.path.uses_headings,
+                pulses=any(configuration.position_controller.control.dead_zone))
 
 
 def plant_grid(configuration: Configuration) -> Grid:
@@ -244,7 +249,7 @@ def start(configuration: Configuration) -> tuple[Loop, LoopState]:
         robot,
         VelocityConstants(velocity_gains, velocity.max_wheel_torque, shared.robot),
         PositionConstants(gains, controller.control.limits, controller.odom_latency, shared.stamp_tolerance,
-                          lead(controller.control.feedforward)),
+                          lead(controller.control.feedforward), controller.control.dead_zone),
         position_dt,
     )
     return loop, LoopState(

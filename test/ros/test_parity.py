@@ -20,6 +20,7 @@ BASE = {'plant.drive': 'velocity'}
 LAGGING = {**BASE, 'plant.base.lag': [0.15, 0.1], 'plant.base.dead_time': [0.02, 0.043],
            'plant.base.max_acceleration': [1.0, 4.0]}
 COARSE = {**BASE, 'plant.base.max_speed': [0.7, 2.0], 'plant.base.dead_zone': [0.01, 0.02],
+          'position_controller.dead_zone.linear': 0.2, 'position_controller.dead_zone.angular': 0.5,
           'plant.base.quantum': [0.001, 0.01], 'plant.base.command_rate': 30.0}
 UNEVEN = {**BASE, 'plant.base.wheel_gain': [1.02, 0.98], 'plant.base.turn_gain': 0.9,
           'plant.base.max_deceleration': [2.0, 0.0]}

@@ -12,7 +12,7 @@ from mobile_robot_control.control.approach import Approach, approach_step
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.laws import PositionControl
 from mobile_robot_control.control.limits import limit_command
-from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation, TrackingError
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Observation, Reference, TrackingError
 
 _ZERO = BodyVelocity(0.0, 0.0)
 
@@ -85,14 +85,16 @@ class LawRunner:
             return self._stop(f'a step took {took:.3g} s, and input_timeout is {time_limit:g} s', stamp)
         return command
 
-    def approach(self, error: TrackingError, speed: float, control: PositionControl) -> BodyVelocity:
+    def approach(
+        self, error: TrackingError, reference: Reference, speed: float, control: PositionControl
+    ) -> BodyVelocity:
         """Return the command towards a waiting cart, up to a speed [m/s]; the law continues from it smoothly."""
         if self.failure:
             return _ZERO
         self._approach, towards_cart = approach_step(self._approach, error, speed)
         command = limit_command(towards_cart, self._running.command, self._running.limits, self._dt)
         joining = bumpless_transfer.change(self._running, control, self._dt, restart=True)
-        self._running = joining._replace(command=command)
+        self._running, command = joining._replace(command=command).in_pulses(error, reference, self._dt)
         return command
 
     def _stop(self, reason: str, stamp: int | None) -> BodyVelocity:

@@ -269,7 +269,7 @@ class RobotGuard:
         if not self._stop.allows(distance(observation.error), values.limits.tracking_error, speed > 0.0):
             return _ZERO
         if speed > 0.0:
-            return self._law.approach(observation.error, speed, values.control)
+            return self._law.approach(observation.error, observation.reference, speed, values.control)
         return self._law.command(observation, None, values.input_timeout, acceleration)
 
     def condition(self, values: PositionControllerParameters, problems: list[str], drives: bool) -> Condition | None:
