@@ -17,10 +17,11 @@ Source: R. Fierro, F. L. Lewis: Control of a Nonholonomic Mobile Robot: Backstep
 Robotic Systems 14(3), 1997, inner loop. Their derivative is that of the whole command; here it is the reference's.
 """
 
+import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.compensation import inverse_dynamics
-from mobile_robot_control.control.velocity_law import VelocityInputs, VelocityLaw, held_by_limit
+from mobile_robot_control.control.velocity_law import IntegralAction, VelocityInputs, VelocityLaw, held_by_limit
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.motors import saturate
 from mobile_robot_control.model.robot import Robot, half_separation
@@ -105,4 +106,10 @@ def joining(measured: BodyVelocity, torque: WheelTorque, gains: ComputedTorqueGa
                          (differential - still.right + still.left) / (unit.right - unit.left))
 
 
-LAW = VelocityLaw('computed_torque', step, ComputedTorqueGains, IntegralState(), joining)
+def integrals(gains: ComputedTorqueGains, _robot: Robot) -> tuple[IntegralAction, ...]:
+    """Return the integral times k/k_i; the time constants are 1/k."""
+    return tuple(IntegralAction(f'k[{n}]/ki[{n}]', k / ki if ki else math.inf, 1.0 / k)
+                 for n, (k, ki) in enumerate(zip(gains.k, gains.ki, strict=True), 1))
+
+
+LAW = VelocityLaw('computed_torque', step, ComputedTorqueGains, IntegralState(), joining, integrals=integrals)

@@ -13,11 +13,12 @@ if κ dt/φ is near 2 or above, which is refused as unstable.
 Source: J.-J. E. Slotine, W. Li: Applied Nonlinear Control, Prentice Hall 1991, chapter 7.
 """
 
+import math
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.computed_torque import torques_for
 from mobile_robot_control.control.sliding_mode import saturation
-from mobile_robot_control.control.velocity_law import VelocityInputs, VelocityLaw, held_by_limit
+from mobile_robot_control.control.velocity_law import IntegralAction, VelocityInputs, VelocityLaw, held_by_limit
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.motors import saturate
 from mobile_robot_control.model.robot import Robot
@@ -80,4 +81,12 @@ def step(
     return SurfaceState(linear, angular), torque
 
 
-LAW = VelocityLaw('torque_sliding_mode', step, TorqueSlidingGains, SurfaceState())
+def integrals(gains: TorqueSlidingGains, _robot: Robot) -> tuple[IntegralAction, ...]:
+    """Return the integral times 1/λ + φ/κ in the layer; the time constants are 1/(λ + κ/φ)."""
+    return tuple(
+        IntegralAction(f'1/slope[{n}] + layer[{n}]/rate[{n}]', (1.0 / slope if slope else math.inf) + layer / rate,
+                       1.0 / (slope + rate / layer))
+        for n, (slope, rate, layer) in enumerate(zip(gains.slope, gains.rate, gains.layer, strict=True), 1))
+
+
+LAW = VelocityLaw('torque_sliding_mode', step, TorqueSlidingGains, SurfaceState(), integrals=integrals)

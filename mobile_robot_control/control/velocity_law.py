@@ -72,6 +72,26 @@ class VelocityLawStep(Protocol):
         """
 
 
+class IntegralAction(NamedTuple):
+    """
+    The integral of a channel near its command.
+
+    Attributes
+    ----------
+    name : str
+        Its time as a formula of the gains.
+    time : float
+        Over which a lasting error is removed [s]; infinite without an integral.
+    constant : float
+        Time constant of the closed loop without it [s].
+
+    """
+
+    name: str
+    time: float
+    constant: float
+
+
 class VelocityLaw(NamedTuple):
     """
     A velocity law. A file or module of a law has one, named VELOCITY_LAW, or passes it to `register`.
@@ -96,6 +116,8 @@ class VelocityLaw(NamedTuple):
         Whether the step reads the torque that was applied.
     estimates : tuple of str
         Fields of the state that adapt while the robot drives; margins hold them.
+    integrals : callable or None
+        ``integrals(gains, robot)``, the IntegralAction of each channel; a search warns of slow ones.
 
     """
 
@@ -107,6 +129,7 @@ class VelocityLaw(NamedTuple):
     fed: VelocityLawStep | None = None
     reads_applied: bool = False
     estimates: tuple[str, ...] = ()
+    integrals: Callable[[Any, Robot], tuple[IntegralAction, ...]] | None = None
 
     @property
     def group(self) -> str:
@@ -114,12 +137,26 @@ class VelocityLaw(NamedTuple):
         return 'gains' if self.name == PI else self.name
 
 
+_SLOW = 10.0
+"""Integral time in time constants of the proportional loop, above which a lasting error outlives a manoeuvre."""
+
 PI = 'pi'
 """The law of the chapter, whose parameters keep their group `gains`."""
 
 
 class VelocityLawFailedError(LawFailedError):
     """A velocity law raised, or returned torques that are not finite."""
+
+
+def slow_integrals(law: VelocityLaw, gains: Any, robot: Robot) -> str:
+    """
+    Describe integral times of more than ten times the time constant of their closed proportional loop; '' for none.
+
+    That loop is taken without the friction that an integral is for.
+    """
+    found = law.integrals(gains, robot) if law.integrals else ()
+    return ' and '.join(f'{name} = {time:.3g} s, {time / constant:.0f} time constants of its proportional loop'
+                        for name, time, constant in found if time > _SLOW * constant)
 
 
 @jitable

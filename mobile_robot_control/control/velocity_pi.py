@@ -5,16 +5,13 @@ from functools import lru_cache
 from typing import Annotated, NamedTuple
 
 from mobile_robot_control.control.compensation import inverse_dynamics
-from mobile_robot_control.control.velocity_law import PI, VelocityInputs, VelocityLaw, held_by_limit
+from mobile_robot_control.control.velocity_law import PI, IntegralAction, VelocityInputs, VelocityLaw, held_by_limit
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.motors import saturate
 from mobile_robot_control.model.robot import Robot, angular_inertia, half_separation, linear_inertia
 from mobile_robot_control.parameters.declaration import Field
 from mobile_robot_control.quantities import FASTEST, BodyVelocity, WheelTorque
-
-_SLOW = 10.0
-"""Integral time in time constants of the proportional loop, above which a lasting error outlives a manoeuvre."""
 
 
 class VelocityGains(NamedTuple):
@@ -155,7 +152,13 @@ def joining(_measured: BodyVelocity, torque: WheelTorque, _gains: VelocityGains,
     return VelocityPiState(0.5 * (torque.right + torque.left), 0.5 * (torque.right - torque.left))
 
 
-LAW = VelocityLaw(PI, step, VelocityGains, VelocityPiState(), joining, fed_step)
+def integrals(gains: VelocityGains, robot: Robot) -> tuple[IntegralAction, ...]:
+    """Return the integral times; the time constants are inertia over gain, (A+B)/(K1 R) and (A-B)/K2."""
+    return (IntegralAction('ti1', gains.ti1, linear_inertia(robot) / (gains.k1 * half_separation(robot))),
+            IntegralAction('ti2', gains.ti2, angular_inertia(robot) / gains.k2))
+
+
+LAW = VelocityLaw(PI, step, VelocityGains, VelocityPiState(), joining, fed_step, integrals=integrals)
 
 
 def _convolve(left: Sequence[float], right: Sequence[float]) -> list[float]:
@@ -279,19 +282,6 @@ def slowest_stable_rate(gains: VelocityGains, robot: Robot, rate: float, delays:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if stable(middle) else (middle, high)
     return high
-
-
-def slow_integrals(gains: VelocityGains, robot: Robot) -> str:
-    """
-    Describe integral times of more than ten times the time constant of their closed proportional loop; '' for none.
-
-    That is the inertia over the gain, (A+B)/(K1 R) and (A-B)/K2, without the friction that an integral is for.
-    """
-    constants = {'ti1': linear_inertia(robot) / (gains.k1 * half_separation(robot)),
-                 'ti2': angular_inertia(robot) / gains.k2}
-    return ' and '.join(
-        f'{name} = {getattr(gains, name):.3g} s, {getattr(gains, name) / constant:.0f} time constants of its '
-        'proportional loop' for name, constant in constants.items() if getattr(gains, name) > _SLOW * constant)
 
 
 def instability(gains: VelocityGains, robot: Robot, rate: float, lockstep: bool) -> str:

@@ -25,6 +25,7 @@ _SKELETON = """
   <span id="gains" class="soft"></span>
   <button id="ship" hidden>Take the shipped gains</button>
   <button id="undo-law" hidden>Undo</button>
+  <label>velocity law <select id="velocity-law"></select></label>
   <button id="read-law" hidden>Read the law again</button>
   <button id="record">Record</button>
   <span id="recorded" class="soft"></span>

@@ -44,8 +44,8 @@ class Entry(NamedTuple):
         Whether it may change while the node runs.
     default : object
         None if unknown.
-    slider : tuple of float
-        Ends of a slider; () for an array or a text.
+    slider : tuple
+        Ends of a slider; for an array a pair per element; () for a text, and an array without a range to search.
 
     """
 
@@ -59,7 +59,7 @@ class Entry(NamedTuple):
     choices: tuple[str, ...]
     live: bool
     default: Any
-    slider: tuple[float, ...]
+    slider: tuple[Any, ...]
 
     def as_json(self) -> dict[str, Any]:
         """Return the fields for the page, ready for JSON."""
@@ -70,7 +70,7 @@ class Entry(NamedTuple):
 
 def _slider(search: tuple[Any, ...], low: float, high: float, default: Any) -> tuple[float, ...]:
     """Return the ends of a slider: from a search for the parameter, from its bounds, or around its default."""
-    if len(search) == 2 and not isinstance(search[0], tuple):
+    if len(search) == 2:
         return tuple(map(float, search))
     size = abs(float(default)) if isinstance(default, int | float) and default else 1.25
     return (low if math.isfinite(low) else -4.0 * size, high if math.isfinite(high) else 4.0 * size)
@@ -85,7 +85,8 @@ def declared_entry(declared: Declaration) -> Entry:
     return Entry(
         name=declared.name, kind=_PYTHON[declared.kind], unit=field.unit, text=field.description,
         allowed=describe_bounds(field), low=low, high=high, choices=tuple(field.choices), live=field.live,
-        default=default, slider=_slider(field.search, low, high, default) if declared.kind in (float, int) else ())
+        default=default,
+        slider=_slider(field.search, low, high, default) if declared.kind in (float, int) else field.search)
 
 
 def described_entry(descriptor: Any, value: Any, declared: dict[str, Entry]) -> Entry:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mobile_robot_control.analysis.promises import Promise, promise, promise_lines
-from mobile_robot_control.control.velocity_law import PI
-from mobile_robot_control.control.velocity_pi import slow_integrals
+from mobile_robot_control.control.velocity_law import slow_integrals
+from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS, selected_velocity_law
 from mobile_robot_control.loop.batch import TrialRunner
 from mobile_robot_control.loop.scenarios import frictions
 from mobile_robot_control.loop.workers import runner
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
 
 _ALWAYS = {
     'plant': (),
-    'velocity_controller': ('gains.k1', 'gains.ti1', 'gains.k2', 'gains.ti2'),
     'position_controller': ('controller_type',),
     'reference_cart': ('curve', 'scale', 'period'),
 }
@@ -139,8 +138,8 @@ def tuned_of(search: Search, staged: Staged, objective: Objective, command_line:
              for name, value in values.items()}
     edges = () if better.as_configured else tuple(
         f'{edge}: a search with other --bounds may find better gains' for edge in staged.edges)
-    is_pi = better.gains.velocity.controller_type == PI and configuration.plant.model.drive != VELOCITY
-    slow = slow_integrals(better.gains.velocity.gains, configuration.plant.shared.robot) if is_pi else ''
+    slow = '' if configuration.plant.model.drive == VELOCITY else slow_integrals(
+        *selected_velocity_law(better.gains.velocity), configuration.plant.shared.robot)
     cautions = (*edges, *([f'slow integrals: {slow}; {_assumed(search)}'] if slow else []))
     return Tuned(
         controller=search.goal.controller, objective=better.score, parameters=named, history=best.history,
@@ -249,9 +248,14 @@ def parameter_file(configuration: Configuration, keep: Mapping[str, Sequence[str
     """
     shared = _differing(configuration.plant.shared, _SHARED)
     tree: dict[str, Any] = {'/**': {'ros__parameters': _nested(shared)}}
+    law, _ = selected_velocity_law(configuration.velocity_controller.control)
+    always = {**_ALWAYS, 'velocity_controller': (f'{law.group}.',)}
+    # gains of the velocity laws that do not run
+    unread = {'velocity_controller': {one.group for one in VELOCITY_LAWS.values()} - {law.group}}
     for node, group in configuration._asdict().items():
-        kept = (*_ALWAYS[node], *keep.get(node, ()))
-        own = {name: value for name, value in _differing(group, kept).items() if name not in declarations(Shared)}
+        kept = (*always[node], *keep.get(node, ()))
+        own = {name: value for name, value in _differing(group, kept).items()
+               if name not in declarations(Shared) and name.partition('.')[0] not in unread.get(node, ())}
         if own:  # an empty section would be refused
             tree[f'/**/{node}'] = {'ros__parameters': _nested(own)}
     # a note may contain a path, and a path a newline

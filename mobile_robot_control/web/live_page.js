@@ -108,6 +108,10 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   mrc.onChoice($('law'), () => chooseLaw($('law').value));
   $('ship').addEventListener('click', () => chooseLaw('', true));
   $('undo-law').addEventListener('click', () => ask({do: 'undo_law'}));
+  mrc.onChoice($('velocity-law'), async () => {
+    const {good} = await ask({do: 'set', node: 'velocity_controller', values: {controller_type: $('velocity-law').value}});
+    if (!good) $('velocity-law').value = value('velocity_controller', 'controller_type');
+  });
   let gains = '';
   function showLaw({gains: found, file, before}) {
     gains = found;
@@ -132,20 +136,26 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       addSpeed(factor);
     }
     if (factor !== undefined) $('speed').value = factor;
-    const law = (entries.position_controller || []).find(({name}) => name === 'controller_type');
-    if (law && law.choices.some((choice, n) => choice !== ($('law').options[n] || {}).value)) {
-      $('law').textContent = '';
-      law.choices.forEach((choice) => $('law').append(new Option(choice, choice)));
-    }
-    // of a node with laws that this page does not know
-    const running = value('position_controller', 'controller_type');
-    if (law && ![...$('law').options].some((option) => option.value === running)) {
-      $('law').append(new Option(running, running));
-    }
-    $('law').disabled = !law;
-    if (law && document.activeElement !== $('law')) $('law').value = running;
+    showLaws($('law'), 'position_controller');
+    showLaws($('velocity-law'), 'velocity_controller');
     showCurve(parameters);
   });
+
+  // Offer the laws of a node, and show the running one.
+  function showLaws(select, role) {
+    const law = (entries[role] || []).find(({name}) => name === 'controller_type');
+    if (law && law.choices.some((choice, n) => choice !== (select.options[n] || {}).value)) {
+      select.textContent = '';
+      law.choices.forEach((choice) => select.append(new Option(choice, choice)));
+    }
+    // of a node with laws that this page does not know
+    const running = value(role, 'controller_type');
+    if (law && ![...select.options].some((option) => option.value === running)) {
+      select.append(new Option(running, running));
+    }
+    select.disabled = !law;
+    if (law && document.activeElement !== select) select.value = running;
+  }
 
   function showRun() {
     const parts = [];

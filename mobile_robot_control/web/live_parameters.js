@@ -7,6 +7,9 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
   // What has a control of its own.
   const ELSEWHERE = new Set(['controller_type', 'curve', 'scale', 'period', 'real_time_factor', 'paused']);
 
+  // Return the group of a law's gains.
+  const groupOf = (law) => law === 'pi' ? 'gains' : law;
+
   // Return a value as a text field has it.
   const written = (value) => Array.isArray(value) ? value.map((one) => Number(Number(one).toPrecision(7))).join(', ')
     : typeof value === 'number' ? String(Number(value.toPrecision(7))) : String(value);
@@ -34,7 +37,8 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     name.append(mrc.element('b', '', entry.name), mrc.element('span', 'unit', entry.unit ? ` [${entry.unit}]` : ''));
     name.append(mrc.element('span', 'text', entry.text + (entry.allowed ? ` (${entry.allowed})` : '')));
     const back = mrc.element('button', 'back', '↩', {type: 'button'});
-    let value = null, wanted = null, busy = false, moved = -Infinity, slider = null;
+    let value = null, wanted = null, newest = null, busy = false, moved = -Infinity;
+    const sliders = [];
     /** @type {any} */
     let field;
     if (entry.kind === 'bool') {
@@ -43,26 +47,30 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       field = mrc.element('select', 'wide');
       entry.choices.forEach((choice) => field.append(new Option(choice, choice)));
     } else {
-      const inputMode = entry.slider.length ? 'decimal' : 'text';
-      field = mrc.element('input', entry.slider.length ? '' : 'wide', '', {type: 'text', inputMode});
-      if (entry.slider.length) {
-        const [min, max] = entry.slider;
-        slider = mrc.element('input', '', '', {type: 'range', min, max, step: (max - min) / 500});
-        slider.setAttribute('aria-label', entry.name);
-      }
+      // an array has a slider an element
+      const isArray = entry.kind === 'array';
+      const wide = isArray || !entry.slider.length;
+      field = mrc.element('input', wide ? 'wide' : '', '', {type: 'text', inputMode: wide ? 'text' : 'decimal'});
+      (isArray ? entry.slider : entry.slider.length ? [entry.slider] : []).forEach(([min, max], n) => {
+        const slider = mrc.element('input', isArray ? 'wide' : '', '', {type: 'range', min, max, step: (max - min) / 500});
+        slider.setAttribute('aria-label', isArray ? `${entry.name}[${n + 1}]` : entry.name);
+        sliders.push(slider);
+      });
     }
     field.setAttribute('aria-label', entry.name);
     if (entry.kind === 'bool') field.style.justifySelf = 'start';
-    row.append(name, ...(slider ? [slider] : []), field, back, words);
+    row.append(name, ...sliders, field, back, words);
     if (entry.kind === 'bool') field.style.gridColumn = '1/3';
 
     // Show the value that the node has.
     function show(given) {
-      value = given;
+      value = newest = given;
       if (entry.kind === 'bool') field.checked = value === true;
       else if (document.activeElement !== field) field.value = value === null ? '' : written(value);
       // one that is moved must not jump back to what the node had a moment ago
-      if (slider && performance.now() - moved > 600) slider.value = value;
+      if (performance.now() - moved > 600) {
+        sliders.forEach((slider, n) => { slider.value = Array.isArray(value) ? value[n] : value; });
+      }
       const differs = entry.default !== null && value !== null && !same(value, entry.default);
       row.classList.toggle('changed', differs);
       back.hidden = !differs;
@@ -73,6 +81,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     // Send what is wanted, one at a time: the newest of a drag wins.
     async function change(given) {
       wanted = {value: given};
+      newest = given;
       if (busy) return;
       busy = true;
       while (wanted) {
@@ -92,9 +101,13 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
     if (entry.kind === 'bool') field.addEventListener('change', () => change(field.checked));
     else if (entry.choices.length) field.addEventListener('change', () => change(field.value));
     else field.addEventListener('change', () => { change(parsed(entry, field.value)); });
-    if (slider) {
-      slider.addEventListener('input', () => { moved = performance.now(); field.value = slider.value; change(Number(slider.value)); });
-    }
+    sliders.forEach((slider, n) => slider.addEventListener('input', () => {
+      const moving = Number(slider.value);
+      const asked = Array.isArray(newest) ? newest.map((other, m) => m === n ? moving : other) : moving;
+      moved = performance.now();
+      field.value = written(asked);
+      change(asked);
+    }));
     field.addEventListener('keydown', (event) => { if (event.key === 'Enter') field.blur(); });
     back.addEventListener('click', () => change(entry.default));
     return {row, show: (given) => { if (!busy) show(given); }};
@@ -132,7 +145,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
       container.append(section);
     }
 
-    let law = null;
+    const laws = {position_controller: null, velocity_controller: null};
     mrc.live.on('parameters', ({nodes}) => {
       let anew = false;
       for (const node of nodes) {
@@ -141,7 +154,7 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
         build(node);
         built.set(node.role, structure);
         anew = true;
-        if (node.role === 'position_controller') law = null;
+        if (node.role in laws) laws[node.role] = null;
       }
       // in the order of the nodes, whichever answered first
       if (anew) nodes.forEach(({role}) => container.append(container.querySelector(`[data-role="${role}"]`)));
@@ -151,13 +164,13 @@ window.mrc = window.mrc || /** @type {Mrc} */ ({});
           if (control) control.show(value);
         }
         // the gains of the law that runs stand open
-        const running = values.controller_type;
-        if (role === 'position_controller' && running !== undefined && running !== law) {
+        const law = laws[role], running = values.controller_type;
+        if (law !== undefined && running !== undefined && running !== law) {
           container.querySelectorAll('details').forEach((one) => {
-            if (one.dataset.group === `position_controller/${running}`) one.open = true;
-            else if (one.dataset.group === `position_controller/${law}`) one.open = false;
+            if (one.dataset.group === `${role}/${groupOf(running)}`) one.open = true;
+            else if (one.dataset.group === `${role}/${groupOf(law)}`) one.open = false;
           });
-          law = running;
+          laws[role] = running;
         }
       }
     });

@@ -80,7 +80,7 @@ interface View {
 
 type Entry = {
   name: string, kind: 'float' | 'int' | 'bool' | 'str' | 'array', unit: string, text: string, allowed: string,
-  choices: string[], live: boolean, default: any, slider: number[],
+  choices: string[], live: boolean, default: any, slider: any[],
 };
 type Parameters_ = {
   nodes: {role: string, name: string, values: Record<string, any>, entries: Entry[]}[],

@@ -15,7 +15,7 @@ NOTEBOOK = FOLDER / 'trajectory_tracking.ipynb'
 STORED = json.loads(NOTEBOOK.read_text(encoding='utf-8'))
 CELLS = {cell['id']: cell for cell in STORED['cells']}
 ORDER = list(CELLS)
-SECTIONS, EXERCISES = range(1, 9), range(1, 10)
+SECTIONS, EXERCISES = range(1, 9), range(1, 11)
 
 
 def _source(name):

@@ -54,6 +54,27 @@ def test_controls_change_parameters_and_are_taken_back(page, live):
     page.wait(lambda: live.asker.value('/position_controller', P) == default)
 
 
+def test_a_velocity_law_is_chosen_and_its_arrays_of_gains_have_sliders(page, live):
+    def gains():
+        return live.asker.value('/velocity_controller', 'computed_torque.k')
+
+    page.choose('velocity-law', 'computed_torque')
+    page.wait(lambda: live.asker.value('/velocity_controller', 'controller_type') == 'computed_torque')
+    groups = 'details[data-group="velocity_controller/{}"]'
+    page.wait(lambda: page.find(groups.format('computed_torque')).get_attribute('open'))
+    assert not page.find(groups.format('gains')).get_attribute('open')
+    row = page.parameter('computed_torque.k', 'velocity_controller')
+    first, second = row.find_elements('css selector', 'input[type=range]')
+    ActionChains(page.driver).drag_and_drop_by_offset(second, 60, 0).perform()
+    page.wait(lambda: gains()[1] > 10.1)
+    page.settle()
+    page.wait(lambda: gains() == pytest.approx((10.0, float(second.get_attribute('value')))))
+    assert float(first.get_attribute('value')) == 10.0
+    page.click(page.find('#defaults'))
+    page.wait(lambda: live.asker.value('/velocity_controller', 'controller_type') == 'pi')
+    page.wait(lambda: list(gains()) == [10.0, 10.0])
+
+
 def test_a_refusal_has_the_words_of_the_node(page):
     field = page.parameter(P).find_element('css selector', 'input[type=text]')
     before = field.get_attribute('value')

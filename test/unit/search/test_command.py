@@ -23,7 +23,7 @@ from mobile_robot_control.search.journal import Journal
 from mobile_robot_control.search.page import write_search_page
 from mobile_robot_control.search.request import Search, SearchRequest
 from mobile_robot_control.settings.configure import at_cart_start, configure
-from mobile_robot_control.settings.files import load
+from mobile_robot_control.settings.files import load, read_parameter_file
 
 # a loop so short that plain Python scores a generation in a few milliseconds
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5',
@@ -194,6 +194,24 @@ def test_a_slow_integral_is_warned_of_with_the_frictions_that_the_search_assumed
     assert 'warning: slow integrals: ti2 = 41.9 s, 195 time constants of its proportional loop; on friction' in told
     assert 'viscous 0.00716 to 0.0107 N m s/rad and Coulomb 0 to 0.3 N m, errors last' in told
     assert 'ti1 =' not in told
+
+
+def test_another_velocity_law_is_searched_over_frictions_and_warned_of_alike(tmp_path, monkeypatch):
+    monkeypatch.setattr(drawing, 'draw_and_save', draw_and_save)
+    output, law = tmp_path / 'found.yaml', 'velocity_controller.computed_torque'
+    # gains of laws that do not run go to no file
+    given = ['velocity_controller.controller_type:=computed_torque', f'{law}.k:=[10.0, 12.0]', f'{law}.ki:=[25.0, 0.1]',
+             'velocity_controller.gains.k1:=0.2', 'velocity_controller.adaptive.k:=[9.0, 9.0]']
+    assert tune.main(['velocity', '--seed', '3', '--population', '5', *SMALL, '--workers', '1', '--generations', '1',
+                      '--algorithm', 'genetic', '--output', str(output), '--coulomb', '0', '0.2', '--keep', 'ki',
+                      '--bounds', 'k[1]=9.9:10', '--bounds', 'k[2]=11.99:12',
+                      *(word for one in given for word in ('-p', one))]) == 0
+    told = ' '.join(line.removeprefix('#').strip() for line in output.read_text().splitlines())
+    assert 'slow integrals: k[2]/ki[2] = 120 s, 1438 time constants of its proportional loop; on friction other' in told
+    assert 'Coulomb 0 to 0.2 N m, errors last' in told
+    assert 'k[1]/ki[1]' not in told
+    [written] = [values for node, values in read_parameter_file(output) if node.endswith('velocity_controller')]
+    assert {name.partition('.')[0] for name in written} == {'controller_type', 'computed_torque'}
 
 
 def test_the_robot_starts_with_the_cart_unless_a_pose_is_given(tmp_path):
