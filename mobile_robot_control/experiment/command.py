@@ -9,6 +9,7 @@ For example:
   experiment --duration 16 --output runs/fast --composed --no-report -p plant.real_time_factor:=0.0
   experiment --duration 16 --output runs/two --compare config/backstepping.yaml config/fuzzy.yaml
   experiment --replay runs/fast --output runs/again --composed --no-report -p plant.real_time_factor:=0.0
+  experiment --duration 16 --output runs/mine --node 'reference_cart=python examples/foreign_nodes/reference_cart.py'
 
 Files written to DIR, or with --compare to DIR/NAME for each file and a report for all to DIR:
   bag/             every topic of the namespace, mcap
@@ -30,7 +31,8 @@ without memory, it kills the experiment after --patience, at least 30 s, or 20 s
 A refused experiment, such as one beside another robot on the same topics, leaves DIR as it was. With
 --overwrite the old run lies in DIR/.replaced until the new one has run.
 
---replay is described in docs/usage.md#repeat-a-run.
+--replay is described in docs/usage.md#repeat-a-run, --node in
+docs/lockstep.md#in-the-place-of-one-of-ours.
 """
 
 import argparse
@@ -74,7 +76,7 @@ def _run(options: argparse.Namespace) -> int:
         return 1 if reasons else 0
     performed = experiments.run()
     result = performed.result
-    print(json.dumps(performed.metrics, indent=2) if output.json else f'{_sentence(performed)}.')
+    print(json.dumps(performed.metrics, indent=2) if output.json else f'{_sentence(performed, request)}.')
     if result.reason or result.outcome == 'interrupted':
         print(f'experiment: {result.reason or "interrupted"}', file=sys.stderr)
     if not output.json:
@@ -82,8 +84,9 @@ def _run(options: argparse.Namespace) -> int:
     return 0 if result.outcome == 'completed' and not result.reason else 1
 
 
-def _sentence(performed: Performed) -> str:
-    return run_sentence(performed.metrics, performed.parameters, not performed.parameters.plant.shared.lockstep)
+def _sentence(performed: Performed, request: ExperimentRequest) -> str:
+    return run_sentence(performed.metrics, performed.parameters, not performed.parameters.plant.shared.lockstep,
+                        others=[name for name, _ in request.node])
 
 
 main = make_dds_main(parser, _run)

@@ -5,14 +5,19 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from mobile_robot_control.experiment.folders import WRITTEN, experiment_folders
+from mobile_robot_control.experiment.folders import WRITTEN, experiment_folders, write_origin
+from mobile_robot_control.experiment.foreign_nodes import (
+    ForeignNode,
+    foreign_nodes,
+    read_node,
+)
 from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
 from mobile_robot_control.ros.shared.process import LOAD_ERRORS, Stop, check_environment, load_fault
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.files import read_namespace
-from mobile_robot_control.settings.nodes import Configuration
+from mobile_robot_control.settings.nodes import Configuration, loop_of
 from mobile_robot_control.system.files import encodable_path
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.supervisor import Supervisor
@@ -28,6 +33,9 @@ class ExperimentRequest(NamedTuple):
     sources: ParameterSources
     output: Annotated[str, Field('', 'folder for all files'), Reader(encodable_path, 'DIR')]
     duration: Annotated[float | None, Field('s', 'simulated time; required without --replay', above=0.0)] = None
+    node: Annotated[tuple[tuple[str, tuple[str, ...]], ...], Field(
+        '', 'command that is started in place of our node of that name'),
+        Reader(read_node, 'NAME=COMMAND', again=True, example="position_controller='python my_node.py'")] = ()
     overwrite: Annotated[bool, Field('', 'replace an experiment in this folder; other files stay')] = False
     composed: Annotated[bool, Field('', 'run all four nodes in one process')] = False
     compare: Annotated[tuple[str, ...], Field(
@@ -90,6 +98,7 @@ class Experiments:
         if self._request.replay is not None:
             return self._replay()
         parameters = self._configured()
+        self._nodes(parameters)  # refused before a folder is made
         check_environment(self._output / 'log')
         with (experiment_folders({self._output: parameters}, self._request.overwrite, self._request.sources.robot
                                  ) as unused, _progress_bar(parameters.plant.duration) as bar):
@@ -103,12 +112,19 @@ class Experiments:
                                   "add -p '/**.stamped_cmd_vel:=true'"])
         return parameters
 
+    def _nodes(self, parameters: Configuration) -> dict[str, ForeignNode]:
+        return foreign_nodes(self._request.node, (), loop_of(parameters.plant))
+
     def _perform(
         self, parameters: Configuration, output: Path, bar: tqdm, unused: list[Path],
         course: 'Callable[[], Procedure] | None' = None,
     ) -> Performed:
         """Run, record and evaluate one configuration; the result's reason names every error."""
         request = self._request
+        nodes = self._nodes(parameters)
+        origin = {name: node.record for name, node in nodes.items()}
+        if nodes:
+            write_origin(output, self._command_line, origin)
         with Supervisor(max(request.patience, START)) as supervisor:
             # imported late: usage errors appear at once, and an import that hangs is noticed
             try:
@@ -119,12 +135,14 @@ class Experiments:
 
             result = run_experiment(parameters, output, request.namespace, composed=request.composed,
                                     patience=request.patience, stop=self._stop, bar=bar, supervisor=supervisor,
-                                    course=None if course is None else course())
+                                    course=None if course is None else course(), nodes=nodes)
         unused.remove(output)
         bar.write('experiment: reading the bag and measuring' + (', then drawing the report' if request.report else ''),
                   file=sys.stderr)
+        if not result.flow_control:
+            origin['plant']['flow_control'] = False
         evaluated = evaluate(output, request.namespace, result.outcome, self._command_line,
-                             quiet=bool(request.compare), with_report=request.report)
+                             quiet=bool(request.compare), with_report=request.report, nodes=origin)
         reasons = [*filter(None, [result.reason]), *evaluated.unwritten]
         return Performed(result._replace(reason='\nexperiment: '.join(reasons)), evaluated.metrics, parameters)
 
@@ -134,7 +152,8 @@ class Experiments:
         from mobile_robot_control.experiment.replay_plan import compare_replay, plan_replay  # noqa: PLC0415
 
         request, output = self._request, self._output
-        replay = plan_replay(Path(str(request.replay)), output, request.sources, request.duration, request.namespace)
+        replay = plan_replay(Path(str(request.replay)), output, request.sources, request.duration, request.namespace,
+                             self._nodes)
 
         def course() -> 'Procedure':
             from mobile_robot_control.experiment.replay_run import ReplayRun  # noqa: PLC0415 (imports rclpy)
@@ -161,6 +180,8 @@ class Experiments:
         names = _folders(request.compare)
         configured = [self._configured(file) for file in request.compare]
         chosen = {name: _alike(parameters, configured[0]) for name, parameters in zip(names, configured, strict=True)}
+        for parameters in chosen.values():
+            self._nodes(parameters)
         check_environment(output / names[0] / 'log')
         reasons: list[str] = []
         done: list[tuple[str, Path]] = []

@@ -1,25 +1,30 @@
 """The experiment runner: it starts the nodes of a run, records, and watches them to the end."""
 
+import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 import rclpy
+from rcl_interfaces.msg import ParameterType
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from mobile_robot_control.experiment.conduct import Conduct
+from mobile_robot_control.experiment.foreign_nodes import ForeignNode, ours
 from mobile_robot_control.experiment.node_processes import START, NodeProcess, stop_processes, use_fastdds_profiles
 from mobile_robot_control.experiment.recorder import AHEAD, Recorder
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import period_nanoseconds
+from mobile_robot_control.ros.shared import conversions
 from mobile_robot_control.ros.shared.process import Stop
 from mobile_robot_control.ros.start.spin import RCLError, make_executor, one_line
 from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.settings.nodes import Configuration, loop_of
 from mobile_robot_control.system.progress import RunProgress, tqdm
 from mobile_robot_control.system.supervisor import Supervisor, is_suspended, keep_node, shut_down
-from mobile_robot_control.topics import silent_node
+from mobile_robot_control.topics import ALL_LOOP_TOPICS, required, silent_node
 
 
 class RunFailedError(Exception):
@@ -36,17 +41,22 @@ class ExperimentResult(NamedTuple):
         'completed', 'diverged', 'law_failed', 'interrupted' or 'node_died'.
     reason : str
         The error, with the node or the file; '' without one.
+    flow_control : bool
+        Whether the recorder could hold the plant; only one of somebody else's may lack it.
 
     """
 
     outcome: str
     reason: str
+    flow_control: bool = True
 
 
 SETTLE = 1.0
 """[s] of wall time for finding other publishers, before a run and repeatedly during it."""
 _STANDSTILL = 1.0
 """[s] of wall time, at most, for which a run continues after its law has failed."""
+_TRIES = 3
+"""Of a question of DDS, whose answer may be lost while nodes discover each other."""
 _BEHIND = 20.0
 """[s] of wall time, at most, for recording what arrived while this process could not run."""
 
@@ -76,29 +86,92 @@ class ExperimentRunner:
     `paused`. In lockstep the run begins once the cart's path and a message on every loop topic are recorded, since a
     paused plant repeats t = 0 and every node its answers; `hold_at` then keeps the plant no further ahead than
     publishers store messages. On the wall clock it begins once every node has found the recorder, by its diagnostics.
+
+    A plant of somebody else may run as soon as it is answered. In lockstep it is started last, while the node of the
+    last answer is suspended: the run begins when that goes on, recorded from its first message.
     """
 
     def __init__(
         self, parameters: Configuration, output: Path, namespace: str, patience: float, stop: Stop, recorder: Recorder,
-        turn: Callable[[], None], bag: BagWriter, bar: tqdm,
+        turn: Callable[[], None], bag: BagWriter, bar: tqdm, nodes: Mapping[str, ForeignNode],
     ) -> None:
         self.processes: list[NodeProcess] = []
+        self._nodes = nodes
+        self._flow_control = 'plant' not in nodes
         self.recorder, self.patience = recorder, patience
         self._output, self._namespace = output, namespace
         self._stop, self._turn, self._bag, self._bar = stop, turn, bag, bar
-        shared, self.loop = parameters.plant.shared, loop_of(parameters.plant)
+        shared, self.loop = parameters.plant.shared, required(loop_of(parameters.plant), nodes)
         self.lockstep = shared.lockstep
         self._period = period_nanoseconds(shared.velocity_rate)
         self._end = round(parameters.plant.duration * shared.velocity_rate) * self._period
         self._position_period = period_nanoseconds(shared.position_rate)
         self._progress = RunProgress(bar, self._end / 1e9)
+        self._start = 0
 
-    def start(self, *names: str) -> None:
-        """Start nodes in one process, paused."""
-        arguments = ['--ros-args', '--params-file', str(self._output / 'parameters.yaml'), '-p', 'paused:=true']
+    def start(self, composed: bool, note: Callable[[int], None]) -> None:
+        """Start all nodes that do not run already, paused; `note` takes the number of each process."""
+        mine = ours(self.loop, self._nodes)
+        groups = [mine] if composed and mine else [[name] for name in mine]
+        groups += [[name] for name, node in self._nodes.items() if not node.is_attached]
+        is_late = self.lockstep and ['plant'] in groups and 'plant' in self._nodes
+        for names in [names for names in groups if not (is_late and names == ['plant'])]:
+            note(self._started(*names))
+        if is_late:
+            self._start_plant(note)
+        elif 'plant' in self._nodes and self.spin_until(lambda: self.recorder.hears('plant'), self.starting):
+            self._find_flow_control()
+
+    def _started(self, *names: str) -> int:
+        """Start nodes in one process, or one of somebody else; return the number of the process."""
+        words = self._nodes[names[0]].words if names[0] in self._nodes else ()
+        arguments = ['--ros-args', '--params-file', str((self._output / 'parameters.yaml').resolve())]
+        arguments += ['-r', f'__node:={names[0]}'] if words else []
+        arguments += [] if words and names != ('plant',) else ['-p', 'paused:=true']
         if self._namespace != '/':
             arguments += ['-r', f'__ns:={self._namespace}']
-        self.processes.append(NodeProcess(names, arguments, self._output / 'log' / f'{"_".join(names)[:60]}.log'))
+        self.processes.append(
+            NodeProcess(names, arguments, self._output / 'log' / f'{"_".join(names)[:60]}.log', words))
+        return self.processes[-1].pid
+
+    def _start_plant(self, note: Callable[[int], None]) -> None:
+        """Start a plant of somebody else; nothing answers it before the recorder hears it."""
+        if not self.spin_until(lambda: self.recorder.all_discovered(but='plant'), self.starting):
+            return
+        # somebody else's nodes do not tell who listens to them
+        if len(self._nodes) > 1:
+            self.spin_until(lambda: False, SETTLE)
+        answering = [process for process in self.processes
+                     if self.loop.topics[self.loop.command].publisher in process.name]
+        for process in answering:
+            process.signal(signal.SIGSTOP)
+        try:
+            note(self._started('plant'))
+            if self.spin_until(lambda: self.recorder.hears('plant'), self.starting):
+                self._find_flow_control()
+        finally:
+            for process in answering:
+                process.signal(signal.SIGCONT)
+
+    def _find_flow_control(self) -> None:
+        """Find out whether a plant of somebody else can be held: it may lack the parameters, or serve none."""
+        if not self.spin_until(self.recorder.serves_parameters, SETTLE):
+            return
+        for _ in range(_TRIES):
+            answer = self.recorder.ask_for_flow_control()
+            if self.spin_until(answer.done, SETTLE):
+                kinds = [value.type for value in answer.result().values]
+                self._flow_control = kinds == [ParameterType.PARAMETER_BOOL, ParameterType.PARAMETER_DOUBLE]
+                return
+
+    @property
+    def starting(self) -> float:
+        """Wall time for nodes to start [s]."""
+        return max(self.patience, START)
+
+    def is_ready(self) -> bool:
+        """Return whether the run can begin without that a message is missed."""
+        return self.recorder.has_every_node() if self.lockstep else self.recorder.all_discovered()
 
     def spin_until(self, condition: Callable[[], Any], seconds: float) -> bool:
         """Spin until a condition holds; False when time is up or the run is over."""
@@ -110,7 +183,12 @@ class ExperimentRunner:
         return True
 
     def resume(self) -> None:
-        """Ask the paused plant to resume, until it has accepted."""
+        """Ask the paused plant to resume, until it has accepted; one that cannot be paused runs already."""
+        if not self._flow_control:
+            return
+        if self._nodes:
+            # what somebody else's node publishes for recordings alone; none waits for it
+            self.spin_until(self.recorder.hears_optional, SETTLE)
         deadline = time.monotonic() + self.patience
         while not self.spin_until(self.recorder.resume(self._period if self.lockstep else 0).done, 1.0):
             if time.monotonic() > deadline or self.is_over():
@@ -122,7 +200,7 @@ class ExperimentRunner:
 
     def is_over(self) -> bool:
         """Return whether a stop is requested, a process has ended, or nothing more can be recorded."""
-        return (self._stop.requested or bool(self._bag.failure or self.recorder.law_failure)
+        return (self._stop.requested or bool(self._bag.failure or self.recorder.law_failure or self.recorder.fault)
                 or any(process.exit_code() is not None for process in self.processes))
 
     def is_at(self, stamp: int) -> bool:
@@ -132,12 +210,14 @@ class ExperimentRunner:
     def watch(self, done: Callable[[], bool] = lambda: False) -> None:
         """Spin and move the progress bar until a condition holds, the run is over, or nothing moves."""
         newest, moved, looked = -1, time.monotonic(), 0.0
-        start = 0 if self.lockstep else self.recorder.newest.get('joint_states', 0)
-        while not self.is_over() and not done():
+        start = self._start = 0 if self.lockstep else self.recorder.newest.get(self.loop.clock, 0)
+        if self.lockstep and 'plant' in self._nodes:
+            self.recorder.last = self._end
+        while not self.is_over() and not done() and not self._is_at_end():
             self._turn()
             if time.monotonic() > looked + SETTLE:
                 looked = time.monotonic()
-                refuse_other_publishers(self.recorder.topics_of_others(ours=1))
+                self._refuse_others()
             now = self._reached()
             if now != newest:
                 newest, moved = now, time.monotonic()
@@ -149,6 +229,24 @@ class ExperimentRunner:
         self._progress.show((self._reached() - start) / 1e9)
         self._bar.refresh()
 
+    def _refuse_others(self) -> None:
+        others = self.recorder.topics_of_others(ours=1)
+        if others and self._nodes:
+            raise RunFailedError(
+                f'{others[0]} has several publishers, {self.recorder.publishers(others[0])}; one is enough')
+        refuse_other_publishers(others)
+
+    def _is_at_end(self) -> bool:
+        """Return whether a plant of somebody else, which may know no duration, has been answered up to the end."""
+        if 'plant' not in self._nodes:
+            return False
+        newest = self.recorder.newest
+        if not self.lockstep:
+            return newest.get(self.loop.clock, self._start) - self._start >= self._end
+        tick = self._end - self._end % self._position_period
+        return all(newest.get(name, -1) >= (self._end if topic.rate == 'velocity_rate' else tick)
+                   for name, topic in self.loop.topics.items())
+
     def _see_standstill(self) -> None:
         """Record the first command after a failure of the law; the plant may still wait for it."""
         end, deadline = self._reached() + AHEAD * self._period + self._position_period, time.monotonic() + _STANDSTILL
@@ -159,47 +257,70 @@ class ExperimentRunner:
     def _reached(self) -> int:
         """Return the stamp that the run has reached: on the wall clock, that of the slowest topic."""
         newest = self.recorder.newest
-        return newest['joint_states'] if self.lockstep else min(newest.get(topic, -1) for topic in self.loop.topics)
+        if self.lockstep:
+            return newest.get(self.loop.clock, 0)
+        return min(newest.get(topic, -1) for topic in self.loop.topics)
 
     def result(self) -> ExperimentResult:
         """Return how the run ended."""
         if self._stop.requested or self._bag.failure:
-            return ExperimentResult('interrupted', '')
-        if self.recorder.law_failure:
-            return ExperimentResult('law_failed', self.recorder.law_failure)
+            ended = 'interrupted', ''
+        elif self.recorder.law_failure:
+            ended = 'law_failed', self.recorder.law_failure
+        else:
+            if self._nodes and any(process.exit_code() is not None for process in self.processes):
+                # what it has published before its end; others may go on
+                self.recorder.drain(self._turn, 0.3, SETTLE)
+            ended = ('node_died', self.recorder.fault) if self.recorder.fault else self._end_of_nodes()
+        return ExperimentResult(*ended, self._flow_control)
+
+    def _end_of_nodes(self) -> tuple[str, str]:
+        """Return outcome and reason of a run that nobody has interrupted."""
+        if self._is_at_end():
+            return 'completed', ''
         for process in self.processes:
-            if process.exit_code() == 0 and 'plant' in process.name:
-                return ExperimentResult('completed', '')
-            if process.exit_code() == 1 and 'plant' in process.name:
-                return ExperimentResult('diverged', process.exit_report())
+            if not process.is_foreign and 'plant' in process.name and process.exit_code() in (0, 1):
+                return ('diverged', process.exit_report()) if process.exit_code() else ('completed', '')
         dead = [process for process in self.processes if process.exit_code() is not None]
         if dead:
-            return ExperimentResult('node_died', '\n'.join(process.exit_report() for process in dead))
+            return 'node_died', '\n'.join(process.exit_report() for process in dead)
         # one that was suspended while it published may have answered the recorder and not the other nodes
         suspended = [process.name for process in self.processes if is_suspended(process.pid)]
-        silent = ', '.join(suspended) or silent_node(
+        silent = ', '.join(suspended) or self.recorder.ahead() or silent_node(
             self.recorder.newest, self.lockstep, self._position_period, self.loop)
-        return ExperimentResult('node_died', f'{silent} gave no answer for {self.patience} s and was given up')
+        told = f'; {self.recorder.description(silent)}' if silent in self._nodes else ''
+        return 'node_died', f'{silent} gave no answer for {self.patience} s and was given up{told}'
+
+
+def _conduct(parameters: Configuration, nodes: Mapping[str, ForeignNode]) -> dict[str, Conduct]:
+    """Return the judges of the topics of somebody else's nodes."""
+    shared = parameters.plant.shared
+    return {name: Conduct(name, conversions.reader(name, shared), period_nanoseconds(getattr(shared, topic.rate)),
+                          shared.lockstep)
+            for name, topic in loop_of(parameters.plant).topics.items()
+            if topic.publisher in nodes and name in ALL_LOOP_TOPICS}
 
 
 def run_experiment(
     parameters: Configuration, output: Path, namespace: str, composed: bool, patience: float, stop: Stop, bar: tqdm,
-    supervisor: Supervisor, course: Procedure | None = None,
+    supervisor: Supervisor, course: Procedure | None = None, nodes: Mapping[str, ForeignNode] | None = None,
 ) -> ExperimentResult:
     """
     Run an experiment and record it into a folder with `parameters.yaml`; the bag and the nodes' logs are added there.
 
     The run is given up after `patience` seconds of wall time without progress; the bar shows its simulated time. The
-    bag is complete, or readable up to its end. Raises ParameterError if another node publishes on the topics. rclpy
-    stays initialised: leaving DDS may hang, and the run must be evaluated before.
+    bag is complete, or readable up to its end. Nodes of somebody else, by name, take the places of ours. Raises
+    ParameterError if another node publishes on the topics. rclpy stays initialised: leaving DDS may hang, and the run
+    must be evaluated before.
     """
     use_fastdds_profiles(output / 'log')
-    begun = False
+    begun, nodes = False, nodes or {}
     shut_down()  # of a previous run
     try:
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         with BagWriter(output / 'bag') as bag:
-            recorder = Recorder(namespace, bag.write, bag.knows, loop_of(parameters.plant))
+            recorder = Recorder(namespace, bag.write, bag.knows, loop_of(parameters.plant), _conduct(parameters, nodes),
+                                [name for name, node in nodes.items() if node.is_attached])
             keep_node(recorder)
             executor = make_executor()
             executor.add_node(recorder)
@@ -210,26 +331,23 @@ def run_experiment(
 
             runner = ExperimentRunner(
                 parameters=parameters, output=output, namespace=namespace, patience=patience, stop=stop,
-                recorder=recorder, turn=turn, bag=bag, bar=bar)
+                recorder=recorder, turn=turn, bag=bag, bar=bar, nodes=nodes)
             runner.spin_until(recorder.topics_of_others, SETTLE)
             refuse_other_publishers(recorder.topics_of_others())
             begun = True
             if course is not None:
                 executor.add_node(course.attach(namespace))
             try:
-                for names in [runner.loop.nodes] if composed else [(name,) for name in runner.loop.nodes]:
-                    runner.start(*names)
-                    supervisor.note_node(runner.processes[-1].pid)
+                runner.start(composed, supervisor.note_node)
                 # the paused plant repeats its first messages until they and every answer to them have been recorded
-                ready = recorder.has_every_node if runner.lockstep else recorder.all_discovered
-                if runner.spin_until(ready, max(patience, START)):
+                if runner.spin_until(runner.is_ready, runner.starting):
                     if course is not None:
                         course.follow(runner)
                     runner.resume()
                     runner.watch()
                 result = runner.result()
             except RunFailedError as error:
-                result = ExperimentResult('interrupted', str(error))
+                result = ExperimentResult('interrupted', str(error), runner.result().flow_control)
             finally:
                 stop_processes(runner.processes)
                 runner.drain()
