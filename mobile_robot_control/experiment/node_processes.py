@@ -142,6 +142,8 @@ class NodeProcess:
 
     """
 
+    is_foreign = False
+
     def __init__(
         self, names: Sequence[str], arguments: Sequence[str], log: Path, command: Sequence[str] = ()
     ) -> None:

@@ -9,11 +9,13 @@ from mobile_robot_control.experiment.folders import WRITTEN, experiment_folders,
 from mobile_robot_control.experiment.foreign_nodes import (
     ForeignNode,
     foreign_nodes,
+    read_name,
     read_node,
 )
 from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.ros.shared.process import LOAD_ERRORS, Stop, check_environment, load_fault
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.files import read_namespace
@@ -36,6 +38,9 @@ class ExperimentRequest(NamedTuple):
     node: Annotated[tuple[tuple[str, tuple[str, ...]], ...], Field(
         '', 'command that is started in place of our node of that name'),
         Reader(read_node, 'NAME=COMMAND', again=True, example="position_controller='python my_node.py'")] = ()
+    attach: Annotated[tuple[str, ...], Field(
+        '', 'node that runs already in place of ours, such as a robot as the plant'),
+        Reader(read_name, 'NAME', again=True, example='plant')] = ()
     overwrite: Annotated[bool, Field('', 'replace an experiment in this folder; other files stay')] = False
     composed: Annotated[bool, Field('', 'run all four nodes in one process')] = False
     compare: Annotated[tuple[str, ...], Field(
@@ -90,6 +95,10 @@ class Experiments:
             raise ParameterError(['--duration is missing; it is needed without --replay: simulated time [s]'])
         if request.replay is not None and request.compare:
             raise ParameterError(['--replay is not allowed with --compare; replay one run after the other'])
+        for option, is_given in (('--replay', request.replay is not None), ('--compare', bool(request.compare))):
+            if is_given and request.attach:
+                raise ParameterError([f'{option} is not allowed with --attach: what runs already does not begin again; '
+                                      'record one run after the other'])
         self._request, self._command_line, self._stop = request, command_line, stop
         self._output = Path(request.output)
 
@@ -112,8 +121,19 @@ class Experiments:
                                   "add -p '/**.stamped_cmd_vel:=true'"])
         return parameters
 
+    def intention(self) -> str:
+        """Describe the motion of an attached robot; a refusal raises ParameterError."""
+        parameters = self._configured()
+        self._nodes(parameters)
+        cart = parameters.reference_cart.curve
+        course = 'a path' if cart.curve == PATH else (
+            f'the {cart.curve} of {cart.placement.scale:g} m, {cart.placement.period:g} s a lap')
+        if 'reference_cart' in {*self._request.attach, *(name for name, _ in self._request.node)}:
+            course = 'the reference of another cart'
+        return f'for {parameters.plant.duration:g} s along {course}'
+
     def _nodes(self, parameters: Configuration) -> dict[str, ForeignNode]:
-        return foreign_nodes(self._request.node, (), loop_of(parameters.plant))
+        return foreign_nodes(self._request.node, self._request.attach, loop_of(parameters.plant))
 
     def _perform(
         self, parameters: Configuration, output: Path, bar: tqdm, unused: list[Path],

@@ -1,19 +1,18 @@
 """The experiment runner: it starts the nodes of a run, records, and watches them to the end."""
 
-import signal
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 import rclpy
-from rcl_interfaces.msg import ParameterType
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from mobile_robot_control.experiment.conduct import Conduct
-from mobile_robot_control.experiment.foreign_nodes import ForeignNode, ours
-from mobile_robot_control.experiment.node_processes import START, NodeProcess, stop_processes, use_fastdds_profiles
+from mobile_robot_control.experiment.foreign_nodes import ForeignNode
+from mobile_robot_control.experiment.node_group import SETTLE, NodeGroup
+from mobile_robot_control.experiment.node_processes import START, use_fastdds_profiles
 from mobile_robot_control.experiment.recorder import AHEAD, Recorder
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import period_nanoseconds
@@ -51,12 +50,8 @@ class ExperimentResult(NamedTuple):
     flow_control: bool = True
 
 
-SETTLE = 1.0
-"""[s] of wall time for finding other publishers, before a run and repeatedly during it."""
 _STANDSTILL = 1.0
 """[s] of wall time, at most, for which a run continues after its law has failed."""
-_TRIES = 3
-"""Of a question of DDS, whose answer may be lost while nodes discover each other."""
 _BEHIND = 20.0
 """[s] of wall time, at most, for recording what arrived while this process could not run."""
 
@@ -86,83 +81,27 @@ class ExperimentRunner:
     `paused`. In lockstep the run begins once the cart's path and a message on every loop topic are recorded, since a
     paused plant repeats t = 0 and every node its answers; `hold_at` then keeps the plant no further ahead than
     publishers store messages. On the wall clock it begins once every node has found the recorder, by its diagnostics.
-
-    A plant of somebody else may run as soon as it is answered. In lockstep it is started last, while the node of the
-    last answer is suspended: the run begins when that goes on, recorded from its first message.
     """
 
     def __init__(
         self, parameters: Configuration, output: Path, namespace: str, patience: float, stop: Stop, recorder: Recorder,
         turn: Callable[[], None], bag: BagWriter, bar: tqdm, nodes: Mapping[str, ForeignNode],
     ) -> None:
-        self.processes: list[NodeProcess] = []
         self._nodes = nodes
-        self._flow_control = 'plant' not in nodes
         self.recorder, self.patience = recorder, patience
-        self._output, self._namespace = output, namespace
         self._stop, self._turn, self._bag, self._bar = stop, turn, bag, bar
         shared, self.loop = parameters.plant.shared, required(loop_of(parameters.plant), nodes)
         self.lockstep = shared.lockstep
         self._period = period_nanoseconds(shared.velocity_rate)
         self._end = round(parameters.plant.duration * shared.velocity_rate) * self._period
         self._position_period = period_nanoseconds(shared.position_rate)
+        self.group = NodeGroup(output, namespace, nodes, self.loop, self.lockstep, recorder)
         self._progress = RunProgress(bar, self._end / 1e9)
         self._start = 0
 
     def start(self, composed: bool, note: Callable[[int], None]) -> None:
         """Start all nodes that do not run already, paused; `note` takes the number of each process."""
-        mine = ours(self.loop, self._nodes)
-        groups = [mine] if composed and mine else [[name] for name in mine]
-        groups += [[name] for name, node in self._nodes.items() if not node.is_attached]
-        is_late = self.lockstep and ['plant'] in groups and 'plant' in self._nodes
-        for names in [names for names in groups if not (is_late and names == ['plant'])]:
-            note(self._started(*names))
-        if is_late:
-            self._start_plant(note)
-        elif 'plant' in self._nodes and self.spin_until(lambda: self.recorder.hears('plant'), self.starting):
-            self._find_flow_control()
-
-    def _started(self, *names: str) -> int:
-        """Start nodes in one process, or one of somebody else; return the number of the process."""
-        words = self._nodes[names[0]].words if names[0] in self._nodes else ()
-        arguments = ['--ros-args', '--params-file', str((self._output / 'parameters.yaml').resolve())]
-        arguments += ['-r', f'__node:={names[0]}'] if words else []
-        arguments += [] if words and names != ('plant',) else ['-p', 'paused:=true']
-        if self._namespace != '/':
-            arguments += ['-r', f'__ns:={self._namespace}']
-        self.processes.append(
-            NodeProcess(names, arguments, self._output / 'log' / f'{"_".join(names)[:60]}.log', words))
-        return self.processes[-1].pid
-
-    def _start_plant(self, note: Callable[[int], None]) -> None:
-        """Start a plant of somebody else; nothing answers it before the recorder hears it."""
-        if not self.spin_until(lambda: self.recorder.all_discovered(but='plant'), self.starting):
-            return
-        # somebody else's nodes do not tell who listens to them
-        if len(self._nodes) > 1:
-            self.spin_until(lambda: False, SETTLE)
-        answering = [process for process in self.processes
-                     if self.loop.topics[self.loop.command].publisher in process.name]
-        for process in answering:
-            process.signal(signal.SIGSTOP)
-        try:
-            note(self._started('plant'))
-            if self.spin_until(lambda: self.recorder.hears('plant'), self.starting):
-                self._find_flow_control()
-        finally:
-            for process in answering:
-                process.signal(signal.SIGCONT)
-
-    def _find_flow_control(self) -> None:
-        """Find out whether a plant of somebody else can be held: it may lack the parameters, or serve none."""
-        if not self.spin_until(self.recorder.serves_parameters, SETTLE):
-            return
-        for _ in range(_TRIES):
-            answer = self.recorder.ask_for_flow_control()
-            if self.spin_until(answer.done, SETTLE):
-                kinds = [value.type for value in answer.result().values]
-                self._flow_control = kinds == [ParameterType.PARAMETER_BOOL, ParameterType.PARAMETER_DOUBLE]
-                return
+        self.group.start(composed, note, self.spin_until, self.starting)
 
     @property
     def starting(self) -> float:
@@ -171,7 +110,10 @@ class ExperimentRunner:
 
     def is_ready(self) -> bool:
         """Return whether the run can begin without that a message is missed."""
-        return self.recorder.has_every_node() if self.lockstep else self.recorder.all_discovered()
+        if self.lockstep:
+            return self.recorder.has_every_node()
+        plant = self._nodes.get('plant')
+        return self.recorder.has_every_topic() if plant and plant.is_attached else self.recorder.all_discovered()
 
     def spin_until(self, condition: Callable[[], Any], seconds: float) -> bool:
         """Spin until a condition holds; False when time is up or the run is over."""
@@ -184,7 +126,7 @@ class ExperimentRunner:
 
     def resume(self) -> None:
         """Ask the paused plant to resume, until it has accepted; one that cannot be paused runs already."""
-        if not self._flow_control:
+        if not self.group.flow_control:
             return
         if self._nodes:
             # what somebody else's node publishes for recordings alone; none waits for it
@@ -196,12 +138,14 @@ class ExperimentRunner:
 
     def drain(self) -> None:
         """Record messages that have arrived and are not recorded yet."""
-        self.recorder.drain(self._turn, 0.3, _BEHIND)
+        # what runs already goes on
+        is_attached = any(node.is_attached for node in self._nodes.values())
+        self.recorder.drain(self._turn, 0.3, SETTLE if is_attached else _BEHIND)
 
     def is_over(self) -> bool:
         """Return whether a stop is requested, a process has ended, or nothing more can be recorded."""
         return (self._stop.requested or bool(self._bag.failure or self.recorder.law_failure or self.recorder.fault)
-                or any(process.exit_code() is not None for process in self.processes))
+                or bool(self.group.ended()))
 
     def is_at(self, stamp: int) -> bool:
         """Return whether the newest message on every loop topic has a stamp [ns]."""
@@ -210,9 +154,11 @@ class ExperimentRunner:
     def watch(self, done: Callable[[], bool] = lambda: False) -> None:
         """Spin and move the progress bar until a condition holds, the run is over, or nothing moves."""
         newest, moved, looked = -1, time.monotonic(), 0.0
-        start = self._start = 0 if self.lockstep else self.recorder.newest.get(self.loop.clock, 0)
-        if self.lockstep and 'plant' in self._nodes:
-            self.recorder.last = self._end
+        plant = self._nodes.get('plant')
+        begins_at_zero = self.lockstep and not (plant and plant.is_attached)
+        start = self._start = 0 if begins_at_zero else self.recorder.newest.get(self.loop.clock, 0)
+        if plant and (self.lockstep or plant.is_attached):
+            self.recorder.last = start + self._end
         while not self.is_over() and not done() and not self._is_at_end():
             self._turn()
             if time.monotonic() > looked + SETTLE:
@@ -240,18 +186,18 @@ class ExperimentRunner:
         """Return whether a plant of somebody else, which may know no duration, has been answered up to the end."""
         if 'plant' not in self._nodes:
             return False
-        newest = self.recorder.newest
+        newest, end = self.recorder.newest, self._start + self._end
         if not self.lockstep:
-            return newest.get(self.loop.clock, self._start) - self._start >= self._end
-        tick = self._end - self._end % self._position_period
-        return all(newest.get(name, -1) >= (self._end if topic.rate == 'velocity_rate' else tick)
+            return newest.get(self.loop.clock, self._start) >= end
+        tick = end - end % self._position_period
+        return all(newest.get(name, -1) >= (end if topic.rate == 'velocity_rate' else tick)
                    for name, topic in self.loop.topics.items())
 
     def _see_standstill(self) -> None:
         """Record the first command after a failure of the law; the plant may still wait for it."""
         end, deadline = self._reached() + AHEAD * self._period + self._position_period, time.monotonic() + _STANDSTILL
         while (self._reached() < end and time.monotonic() < deadline and not self._stop.requested
-               and all(process.exit_code() is None for process in self.processes)):
+               and not self.group.ended()):
             self._turn()
 
     def _reached(self) -> int:
@@ -268,24 +214,24 @@ class ExperimentRunner:
         elif self.recorder.law_failure:
             ended = 'law_failed', self.recorder.law_failure
         else:
-            if self._nodes and any(process.exit_code() is not None for process in self.processes):
+            if self._nodes and self.group.ended():
                 # what it has published before its end; others may go on
                 self.recorder.drain(self._turn, 0.3, SETTLE)
             ended = ('node_died', self.recorder.fault) if self.recorder.fault else self._end_of_nodes()
-        return ExperimentResult(*ended, self._flow_control)
+        return ExperimentResult(*ended, self.group.flow_control or not self.lockstep)
 
     def _end_of_nodes(self) -> tuple[str, str]:
         """Return outcome and reason of a run that nobody has interrupted."""
         if self._is_at_end():
             return 'completed', ''
-        for process in self.processes:
+        for process in self.group.processes:
             if not process.is_foreign and 'plant' in process.name and process.exit_code() in (0, 1):
                 return ('diverged', process.exit_report()) if process.exit_code() else ('completed', '')
-        dead = [process for process in self.processes if process.exit_code() is not None]
+        dead = self.group.ended()
         if dead:
             return 'node_died', '\n'.join(process.exit_report() for process in dead)
         # one that was suspended while it published may have answered the recorder and not the other nodes
-        suspended = [process.name for process in self.processes if is_suspended(process.pid)]
+        suspended = [process.name for process in self.group.processes if is_suspended(process.pid)]
         silent = ', '.join(suspended) or self.recorder.ahead() or silent_node(
             self.recorder.newest, self.lockstep, self._position_period, self.loop)
         told = f'; {self.recorder.description(silent)}' if silent in self._nodes else ''
@@ -349,11 +295,11 @@ def run_experiment(
             except RunFailedError as error:
                 result = ExperimentResult('interrupted', str(error), runner.result().flow_control)
             finally:
-                stop_processes(runner.processes)
+                unsure = runner.group.end()
                 runner.drain()
         if result.outcome == 'completed' and recorder.law_failure:  # reported at the very end
             result = ExperimentResult('law_failed', recorder.law_failure)
-        return result._replace(reason='\n'.join(filter(None, (result.reason, bag.failure))))
+        return result._replace(reason='\n'.join(filter(None, (result.reason, bag.failure, unsure))))
     except (RuntimeError, MemoryError) as error:
         if isinstance(error, RCLError) and not begun:
             raise ParameterError([f'ROS 2 cannot start: {one_line(error)}; check the ROS_* environment variables']
