@@ -96,7 +96,9 @@ class NodeGroup:
             return
         if is_late and last == 'plant':
             self._start_plant(note, wait, seconds)
-        elif plant is not None and wait(lambda: self._recorder.hears('plant'), seconds):
+        # on the wall clock a paused plant is silent
+        elif plant is not None and wait(lambda: self._recorder.hears('plant') or (
+                not plant.is_attached and self._recorder.serves_parameters()), seconds):
             # a robot is not paused
             if self._lockstep or not plant.is_attached:
                 self._find_flow_control(wait)

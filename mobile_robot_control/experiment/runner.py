@@ -156,6 +156,8 @@ class ExperimentRunner:
         newest, moved, looked = -1, time.monotonic(), 0.0
         plant = self._nodes.get('plant')
         begins_at_zero = self.lockstep and not (plant and plant.is_attached)
+        if plant and not begins_at_zero:
+            self.spin_until(lambda: self.loop.clock in self.recorder.newest, self.patience)
         start = self._start = 0 if begins_at_zero else self.recorder.newest.get(self.loop.clock, 0)
         if plant and (self.lockstep or plant.is_attached):
             self.recorder.last = start + self._end
@@ -188,7 +190,7 @@ class ExperimentRunner:
             return False
         newest, end = self.recorder.newest, self._start + self._end
         if not self.lockstep:
-            return newest.get(self.loop.clock, self._start) >= end
+            return self._start > 0 and newest.get(self.loop.clock, self._start) >= end
         tick = end - end % self._position_period
         return all(newest.get(name, -1) >= (end if topic.rate == 'velocity_rate' else tick)
                    for name, topic in self.loop.topics.items())

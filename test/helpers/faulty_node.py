@@ -78,7 +78,7 @@ class FaultyPublisher:
     def _deaf(self, _):
         """Hang, with a child, and take no signal."""
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        subprocess.Popen(['sleep', '1000'])
+        subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(1000)', __file__])
         time.sleep(1e6)
 
     def _floods(self, message):

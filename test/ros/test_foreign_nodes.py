@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 from helpers import faulty_node
-from helpers.harness import CONFIG, run_command
-from helpers.processes import processes_of
+from helpers.harness import CONFIG, run_command, start_experiment
+from helpers.processes import processes_of, wait_until
 
+from mobile_robot_control.experiment.node_processes import PROFILES_VARIABLES
 from mobile_robot_control.runs import bag
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import configure
@@ -62,8 +63,8 @@ def _assert_equal(output, overrides, duration=1.0, namespace='/'):
             assert recorded == pytest.approx(ours, rel=1e-9, abs=1e-9), when
 
 
-@pytest.mark.parametrize('name', ['position_controller', *(
-    pytest.param(one, marks=pytest.mark.soak) for one in ('reference_cart', 'plant'))])
+@pytest.mark.parametrize('name', ['plant', *(
+    pytest.param(one, marks=pytest.mark.soak) for one in ('reference_cart', 'position_controller'))])
 def test_the_smallest_nodes_have_the_numbers_of_ours(domain, tmp_path, name):
     overrides = OF_THE_EXAMPLES[name]
     done = _run(tmp_path / 'run', name, [EXAMPLES / f'{name}.py'], '--namespace', '/robot1', overrides=overrides)
@@ -91,6 +92,56 @@ def test_our_own_nodes_as_commands_have_the_numbers_of_the_rollout_on_a_busy_mac
             (tmp_path / str(number) / 'metrics.json').read_text())['provenance']['nodes'][name]
 
 
+@pytest.mark.soak
+def test_a_replay_needs_the_same_command_and_equals_the_run(domain, tmp_path):
+    first, again = tmp_path / 'first', tmp_path / 'again'
+    node = ('--node', _command('position_controller', EXAMPLES / 'position_controller.py'))
+    assert run_command('experiment', '--duration', 1, '--output', first, *BACKSTEPPING, '-p', FAST, '--no-report',
+                       *node).returncode == 0
+    replay = ('experiment', '--replay', first, '--output', again, '--no-report', '-p', FAST)
+    refused = run_command(*replay)
+    assert refused.returncode == 2
+    assert 'position_controller was the command' in refused.stderr
+    done = run_command(*replay, *node)
+    assert done.returncode == 0, done.stderr
+    assert 'the replay equals the recorded run to the last bit' in done.stderr
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize('name', ['plant', 'position_controller'])
+def test_a_recorder_that_is_killed_leaves_no_node_of_somebody_else(domain, tmp_path, name):
+    run = start_experiment(tmp_path / 'run', '--duration', 600, *BACKSTEPPING, *(
+        word for one in OF_THE_EXAMPLES[name] for word in ('-p', one)), '--node',
+        _command(name, EXAMPLES / f'{name}.py'))
+    run.kill()
+    run.communicate(timeout=120)
+    wait_until(lambda: not processes_of(tmp_path / 'run'), 15.0)
+    assert name in json.loads((tmp_path / 'run' / 'metrics.json').read_text())['provenance']['nodes']
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize('name', ['position_controller', 'plant'])
+def test_a_node_with_other_settings_of_dds_takes_part(domain, tmp_path, name):
+    without = [word for variable in PROFILES_VARIABLES for word in ('-u', variable)]
+    done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run', '--no-report', *BACKSTEPPING, *(
+        word for one in (FAST, *OF_THE_EXAMPLES[name]) for word in ('-p', one)), '--node',
+        f'{name}={shlex.join(map(str, ["env", *without, sys.executable, EXAMPLES / f"{name}.py"]))}')
+    assert done.returncode == 0, done.stderr
+    _assert_equal(tmp_path / 'run', OF_THE_EXAMPLES[name])
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize('name', OURS)
+def test_on_the_wall_clock_the_page_says_what_cannot_be_repeated(domain, tmp_path, name):
+    done = run_command('experiment', '--duration', 2, '--output', tmp_path / 'run', '--params-file',
+                       CONFIG / 'wall_clock.yaml', '--no-report', '--node',
+                       _command(name, '-m', 'mobile_robot_control.ros.start.executables', name))
+    assert done.returncode == 0, done.stderr
+    assert f'{name} was the command' in done.stderr
+    assert 'neither its times nor its numbers can be repeated' in done.stderr
+    assert 1.5 < json.loads((tmp_path / 'run' / 'metrics.json').read_text())['duration'] < 4.0
+
+
 def _fails(output, name, fault, at):
     begun = time.monotonic()
     done = _run(output, name, [Path(faulty_node.__file__), name, fault, at], '--no-report', '--patience', '3',
@@ -107,7 +158,8 @@ def _fails(output, name, fault, at):
         assert max(sample.time for sample in bag.read_bag(output / 'bag').samples) > at - 0.03
 
 
-@pytest.mark.parametrize(('name', 'fault'), [('position_controller', 'past'), ('plant', 'dies')])
+@pytest.mark.parametrize(('name', 'fault'), [
+    ('position_controller', 'past'), pytest.param('plant', 'dies', marks=pytest.mark.soak)])
 def test_a_node_that_goes_wrong_ends_the_run_with_its_name_and_reason(domain, tmp_path, name, fault):
     _fails(tmp_path / 'run', name, fault, 0.3)
 
