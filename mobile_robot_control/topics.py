@@ -5,7 +5,7 @@ Every list of these topics comes from here: nodes, recorder, stall detector, exp
 Nothing of ROS is imported.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 PLAIN_TWIST = 'geometry_msgs/msg/Twist'
@@ -184,6 +184,11 @@ class LoopGraph(NamedTuple):
                 if topic.publisher in self.nodes and name != GROUND_TRUTH}
 
     @property
+    def clock(self) -> str:
+        """The plant's topic that tells how far a run is."""
+        return 'joint_states' if 'joint_states' in self.topics else 'odom'
+
+    @property
     def command(self) -> str:
         """The topic that moves the plant: the last answer."""
         return self.answers[-1][1]
@@ -218,6 +223,12 @@ LOOPS = {'torque': _TORQUE_LOOP, 'velocity': _VELOCITY_LOOP}
 def with_truth(loop: LoopGraph) -> LoopGraph:
     """Return the loop of a plant with inexact odometry: it publishes `ground_truth`, too."""
     return loop._replace(topics={**loop.topics, GROUND_TRUTH: RECORDED_TOPICS[GROUND_TRUTH]})
+
+
+def required(loop: LoopGraph, foreign: Collection[str]) -> LoopGraph:
+    """Return a loop without the topics that no node reads, where a node of somebody else would publish them."""
+    return loop._replace(topics={name: topic for name, topic in loop.topics.items()
+                                 if topic.publisher not in foreign or topic.subscribers})
 
 
 def extended(loop: LoopGraph, horizon: bool, feeds: bool, timed: bool) -> LoopGraph:
@@ -267,11 +278,11 @@ def silent_node(newest: Mapping[str, int], lockstep: bool, position_period: int,
         Of LOOPS.
 
     """
-    if 'joint_states' not in newest:
+    if loop.clock not in newest:
         return 'plant'
     if not lockstep:
         return min(loop.topics.values(), key=lambda topic: newest.get(topic.name, -1)).publisher
-    present = newest['joint_states']
+    present = newest[loop.clock]
     due = present - present % position_period
     return (first_silent(newest, present, due, loop) if newest.get('odom') == due else None) or 'plant'
 

@@ -12,7 +12,8 @@ from rclpy.signals import SignalHandlerOptions
 from mobile_robot_control.excitation.excitation import Area, Excitation
 from mobile_robot_control.excitation.exciter import Exciter
 from mobile_robot_control.excitation.request import ExcitationRequest
-from mobile_robot_control.experiment.runner import SETTLE
+from mobile_robot_control.experiment.node_group import SETTLE
+from mobile_robot_control.experiment.stopping import send_zeros
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.ros.shared.process import Stop
 from mobile_robot_control.ros.shared.qos import flush
@@ -25,8 +26,6 @@ from mobile_robot_control.system.supervisor import keep_node
 
 _PATIENCE = 20.0
 """[s] of wait for odometry and the robot's subscription."""
-_STOPPING = (0.5, 3.0)
-"""[s] of zero commands at the end: at least, and at most if the robot does not stand."""
 _TURN = 0.02
 """[s]"""
 _LEAST = (0.01, 0.05)
@@ -100,9 +99,5 @@ def _drive(exciter: Exciter, executor: Executor, stop: Stop, request: Excitation
 
 
 def _stop(exciter: Exciter, executor: Executor, rate: float) -> None:
-    exciter.stop()
-    create_steady_timer(1.0 / rate, exciter.stop, exciter)
-    least, most = (time.monotonic() + seconds for seconds in _STOPPING)
-    while time.monotonic() < least or (time.monotonic() < most and not exciter.stands()):
-        executor.spin_once(timeout_sec=_TURN)
+    send_zeros(exciter, exciter.stop, exciter.stands, executor, rate)
     flush(exciter.publisher)

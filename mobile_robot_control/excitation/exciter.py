@@ -15,6 +15,7 @@ from mobile_robot_control.control.odometry_faults import Opposition
 from mobile_robot_control.control.tracking_error import tracking_error
 from mobile_robot_control.elementary import hypot
 from mobile_robot_control.excitation.excitation import Agreement, Area, Excited, excite
+from mobile_robot_control.experiment.stopping import is_at_rest
 from mobile_robot_control.messages import writing
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_odometry, read_or_refuse, serialised_stamp
@@ -28,8 +29,6 @@ _ODOMETRY = LOOP_TOPICS['odom'].kind
 _STAMPED = LOOP_TOPICS['cmd_vel'].kind
 _SILENT = 0.5
 """[s] of wall time without odometry before the robot is stopped."""
-_STANDS = BodyVelocity(0.005, 0.02)
-"""[m/s], [rad/s]: a slower robot counts as standing."""
 
 
 class Exciter(Node):
@@ -160,8 +159,7 @@ class Exciter(Node):
 
     def stands(self) -> bool:
         """Return whether the robot stands, by recent odometry."""
-        return (time.monotonic() - self._heard < _SILENT
-                and all(abs(value) < limit for value, limit in zip(self._velocity, _STANDS, strict=True)))
+        return time.monotonic() - self._heard < _SILENT and is_at_rest(self._velocity)
 
     def _publish(self, command: BodyVelocity) -> None:
         message = self._write(self.get_clock().now().nanoseconds, command)

@@ -9,6 +9,8 @@ For example:
   experiment --duration 16 --output runs/fast --composed --no-report -p plant.real_time_factor:=0.0
   experiment --duration 16 --output runs/two --compare config/backstepping.yaml config/fuzzy.yaml
   experiment --replay runs/fast --output runs/again --composed --no-report -p plant.real_time_factor:=0.0
+  experiment --duration 16 --output runs/mine --node 'reference_cart=python examples/foreign_nodes/reference_cart.py'
+  experiment --duration 16 --output runs/real --attach plant --yes --params-file base.yaml
 
 Files written to DIR, or with --compare to DIR/NAME for each file and a report for all to DIR:
   bag/             every topic of the namespace, mcap
@@ -30,7 +32,12 @@ without memory, it kills the experiment after --patience, at least 30 s, or 20 s
 A refused experiment, such as one beside another robot on the same topics, leaves DIR as it was. With
 --overwrite the old run lies in DIR/.replaced until the new one has run.
 
---replay is described in docs/usage.md#repeat-a-run.
+--attach plant drives a robot that runs already, on the wall clock. Without --yes nothing moves: the command
+says what it would do. At the end, on Ctrl-C, and when this process is killed, another one sends zero commands
+until the robot stands. That needs a network and a process: keep a hand on the robot's switch.
+
+--replay is described in docs/usage.md#repeat-a-run, --node in
+docs/lockstep.md#in-the-place-of-one-of-ours.
 """
 
 import argparse
@@ -53,11 +60,17 @@ class _Output(NamedTuple):
     json: Annotated[bool, Field('', 'print the metrics as one JSON object')] = False
 
 
+class _Consent(NamedTuple):
+    """Whether an attached robot may move."""
+
+    yes: Annotated[bool, Field('', 'move an attached robot')] = False
+
+
 def parser() -> argparse.ArgumentParser:
     """Make the parser of `experiment`."""
     # before all else: a signal is not lost
     stop = Stop()
-    command = make_parser('experiment', __doc__, ExperimentRequest, _Output, drives=True)
+    command = make_parser('experiment', __doc__, ExperimentRequest, _Output, _Consent, drives=True)
     command.set_defaults(stop=stop)
     return command
 
@@ -68,13 +81,17 @@ def _run(options: argparse.Namespace) -> int:
         raise ParameterError(['--json is not allowed with --compare, whose metrics are in report.json'])
     experiments, folder = Experiments(request, options.command_line, options.stop), printable(
         str(Path(request.output).resolve()))
+    if 'plant' in request.attach and not request_of(_Consent, options).yes:
+        print(f'would drive the robot {experiments.intention()}; clear that floor, keep a hand on the switch, and '
+              'repeat with --yes')
+        return 0
     if request.compare:
         reasons = experiments.compare()
         print(f'all runs and the report over them: {folder}')
         return 1 if reasons else 0
     performed = experiments.run()
     result = performed.result
-    print(json.dumps(performed.metrics, indent=2) if output.json else f'{_sentence(performed)}.')
+    print(json.dumps(performed.metrics, indent=2) if output.json else f'{_sentence(performed, request)}.')
     if result.reason or result.outcome == 'interrupted':
         print(f'experiment: {result.reason or "interrupted"}', file=sys.stderr)
     if not output.json:
@@ -82,8 +99,9 @@ def _run(options: argparse.Namespace) -> int:
     return 0 if result.outcome == 'completed' and not result.reason else 1
 
 
-def _sentence(performed: Performed) -> str:
-    return run_sentence(performed.metrics, performed.parameters, not performed.parameters.plant.shared.lockstep)
+def _sentence(performed: Performed, request: ExperimentRequest) -> str:
+    return run_sentence(performed.metrics, performed.parameters, not performed.parameters.plant.shared.lockstep,
+                        others=[*request.attach, *(name for name, _ in request.node)])
 
 
 main = make_dds_main(parser, _run)

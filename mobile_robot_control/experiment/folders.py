@@ -127,8 +127,15 @@ class Evaluated(NamedTuple):
     unwritten: tuple[str, ...]
 
 
+def write_origin(output: Path, command_line: str, nodes: Mapping[str, Any], outcome: str = 'interrupted') -> None:
+    """Write `metrics.json` of a run with nodes of somebody else before it is measured: a killed one has them, too."""
+    content = {'outcome': outcome, 'duration': 0.0, 'provenance': {**provenance(command_line, None), 'nodes': nodes}}
+    write_atomically(output / 'metrics.json', json.dumps(content, indent=2) + '\n')
+
+
 def evaluate(
-    output: Path, namespace: str, outcome: str, command_line: str, quiet: bool = False, with_report: bool = True
+    output: Path, namespace: str, outcome: str, command_line: str, quiet: bool = False, with_report: bool = True,
+    nodes: Mapping[str, Any] | None = None,
 ) -> Evaluated:
     """
     Measure and draw a recorded run.
@@ -147,6 +154,8 @@ def evaluate(
         Without progress bars.
     with_report : bool
         Whether to write the report.
+    nodes : mapping of str to object or None
+        What the provenance says of nodes of somebody else.
 
     Returns
     -------
@@ -157,6 +166,9 @@ def evaluate(
     metrics: dict[str, Any] = {'outcome': outcome, 'duration': 0.0}
     runs: list[Run] = []
     try:
+        with suppress(OSError):  # the metrics below tell of it
+            if nodes:
+                write_origin(output, command_line, nodes, outcome)
         runs.append(load_run(printable(output.resolve().name), output / 'bag', namespace, outcome, quiet))
     except UnreadableRunError as error:
         print(f'experiment: no report: {error}', file=sys.stderr)
@@ -164,7 +176,7 @@ def evaluate(
         for problem in run.problems:
             print(f'experiment: {problem}', file=sys.stderr)
         metrics |= run.metrics
-    origin = provenance(command_line, runs[0].parameters if runs else None)
+    origin = provenance(command_line, runs[0].parameters if runs else None) | ({'nodes': nodes} if nodes else {})
     unwritten = [_write_metrics({**metrics, 'provenance': origin}, output / 'metrics.json')]
     if with_report:
         unwritten += [_write_report(run, output, command_line, quiet) for run in runs]

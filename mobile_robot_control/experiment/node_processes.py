@@ -10,6 +10,7 @@ from pathlib import Path
 
 from mobile_robot_control.parameters.plugins import plugin_environment
 from mobile_robot_control.ros.shared.process import ros_home
+from mobile_robot_control.system.supervisor import group_runs
 
 PROFILES_VARIABLES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
 """The variable of Fast DDS 3, and that of Fast DDS 2."""
@@ -129,20 +130,29 @@ class NodeProcess:
         ROS arguments.
     log : Path
         File for their output.
+    command : sequence of str
+        The words before the arguments, for a node of somebody else; its children are ended with it.
 
     Attributes
     ----------
     name : str
         The node names, joined.
+    is_foreign : bool
+        Whether it is a node of somebody else.
 
     """
 
-    def __init__(self, names: Sequence[str], arguments: Sequence[str], log: Path) -> None:
+    is_foreign = False
+
+    def __init__(
+        self, names: Sequence[str], arguments: Sequence[str], log: Path, command: Sequence[str] = ()
+    ) -> None:
         self.name = ', '.join(names)
-        self._log = log
+        self._log, self.is_foreign = log, bool(command)
         with log.open('wb') as file:
-            self._process = subprocess.Popen(  # noqa: S603 (our own module)
-                [sys.executable, '-m', 'mobile_robot_control.ros.start.executables', *names, *arguments],
+            self._process = subprocess.Popen(  # noqa: S603 (our own module, or what the user asks for)
+                [*(command or [sys.executable, '-m', 'mobile_robot_control.ros.start.executables', *names]),
+                 *arguments],
                 stdin=subprocess.PIPE, stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
                 # a stop of an earlier simulated robot does not hold
                 env={'ROS_LOG_DIR': f'{ros_home()}/log'} | os.environ | plugin_environment() | {
@@ -159,19 +169,28 @@ class NodeProcess:
         return self._process.poll()
 
     def signal(self, number: int) -> None:
-        """Send a signal such as SIGINT; a process that has ended is left alone."""
-        self._process.send_signal(number)
+        """Send a signal such as SIGINT, for somebody else's node to its children, too; what has ended is left alone."""
+        if not self.is_foreign:
+            self._process.send_signal(number)
+        elif group_runs(self.pid):
+            os.killpg(self.pid, number)
 
     def kill(self) -> None:
         """Kill the process, as `kill -9` does, and wait until it has ended."""
         self._process.kill()
+        self.signal(signal.SIGKILL)
         self._process.wait()
 
     def wait_or_kill(self, seconds: float) -> None:
         """Wait until the process has ended; kill it after so many seconds."""
+        deadline = time.monotonic() + seconds
         try:
             self._process.wait(seconds)
+            while self.is_foreign and group_runs(self.pid) and time.monotonic() < deadline:
+                time.sleep(0.02)
         except subprocess.TimeoutExpired:
+            pass
+        if self._process.poll() is None or (self.is_foreign and group_runs(self.pid)):
             self.kill()
 
     def close_input(self) -> None:

@@ -3,26 +3,29 @@
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
 import time
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from functools import partial
 from typing import Any
 
-from rcl_interfaces.srv import SetParameters
+from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.task import Future
 
+from mobile_robot_control.experiment.conduct import Conduct
 from mobile_robot_control.messages.cdr import deserialise
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.messages.types import DiagnosticArray
 from mobile_robot_control.messages.writing import message_class
 from mobile_robot_control.ros.shared.diagnostics import LAW_FAILED, SUBSCRIBERS_KEY
+from mobile_robot_control.ros.shared.peers import publisher_names
 from mobile_robot_control.ros.shared.qos import PUBLISHED, QUIET
 from mobile_robot_control.ros.shared.timers import create_steady_timer
 from mobile_robot_control.system.texts import shortened
-from mobile_robot_control.topics import EVENTS, MEASURED_TOPICS, SHARED_TOPICS, LoopGraph
+from mobile_robot_control.topics import EVENTS, MEASURED_TOPICS, SHARED_TOPICS, LoopGraph, Topic, required
 
 _DEPTH = 5000
 AHEAD = PUBLISHED.depth // 4
@@ -48,7 +51,11 @@ class Recorder(Node):
     is_known : callable
         Returns whether the sink accepts a type.
     loop : LoopGraph
-        Loop with the topics that must be recorded.
+        Loop with the topics to record.
+    conduct : mapping of str to Conduct
+        Judges the topics of nodes of somebody else, by name; what those publish for recordings alone may be missing.
+    attached : collection of str
+        Nodes that run already.
 
     Attributes
     ----------
@@ -56,6 +63,8 @@ class Recorder(Node):
         Stamp [ns] of the newest message on each topic of the loop or of its recordings, by relative name.
     law_failure : str
         A controller's report of a failed law; '' before.
+    fault : str
+        What a node of somebody else has done, with its name; '' before.
     received : int
         Wall time [ns] of the last message of a loop topic.
     limit : int
@@ -65,13 +74,20 @@ class Recorder(Node):
 
     """
 
-    def __init__(self, namespace: str, sink: Sink, is_known: Callable[[str], bool], loop: LoopGraph) -> None:
+    def __init__(
+        self, namespace: str, sink: Sink, is_known: Callable[[str], bool], loop: LoopGraph,
+        conduct: Mapping[str, Conduct] | None = None, attached: Collection[str] = (),
+    ) -> None:
         super().__init__('recorder', namespace=namespace, enable_rosout=False)
         self._sink, self._is_known = sink, is_known
         self._recorded: dict[str, Any] = {}
         self._subscribers: dict[str, int] = {}
         self.newest: dict[str, int] = {}
-        self.law_failure = ''
+        self.law_failure = self.fault = ''
+        self._conduct, self._attached = conduct or {}, attached
+        self._foreign = {loop.topics[name].publisher for name in self._conduct}
+        self._counts: Counter[str] = Counter()
+        self._asked_by = {answer: question for question, answer in loop.answers}
         self._controllers = {f'{self.get_namespace().rstrip("/")}/{name}'.lstrip('/'): name for name in (
             'position_controller', 'velocity_controller')}
         self.received = 0
@@ -80,7 +96,11 @@ class Recorder(Node):
         self._path, self._has_path = self.resolve_topic_name('reference_path'), False
         self._ahead = self._allowed = 0
         self._plant: Any = self.create_client(SetParameters, 'plant/set_parameters')
-        self._graph = loop
+        self._told: Any = None
+        if 'plant' in self._foreign:
+            self._told = self.create_client(GetParameters, 'plant/get_parameters')
+        self._graph = required(loop, self._foreign)
+        self._ours = [node for node in loop.nodes if node not in self._foreign]
         self._loop, recorded = ({self.resolve_topic_name(name): topic for name, topic in topics.items()}
                                 for topics in (loop.topics, loop.recorded))
         self._stamped = {**self._loop, **recorded}
@@ -92,13 +112,57 @@ class Recorder(Node):
         create_steady_timer(0.25, self._discover, self)
 
     def topics_of_others(self, ours: int = 0) -> list[str]:
-        """List the loop topics, by absolute name, with more publishers than ours."""
-        return [topic for topic in self._loop if self.count_publishers(topic) > ours]
+        """List the loop topics, by absolute name, with more publishers than ours and an attached node."""
+        return [resolved for resolved, topic in self._loop.items()
+                if self.count_publishers(resolved) > max(ours, topic.publisher in self._attached)]
 
-    def all_discovered(self) -> bool:
-        """Return whether, on the wall clock, every node has found its subscribers, by its own diagnostics."""
-        return all(self._subscribers.get(resolved, 0) > len(topic.subscribers)
+    def all_discovered(self, but: str = '') -> bool:
+        """
+        Return whether every node but one has found its subscribers, by its own diagnostics.
+
+        One of somebody else need not tell: it counts as soon as it is discovered.
+        """
+        needed = [(self.resolve_topic_name(name), topic) for name, topic in self._graph.topics.items()
+                  if topic.publisher != but]
+        return all(self.count_publishers(resolved) if topic.publisher in self._foreign else
+                   self._subscribers.get(resolved, 0) > len({*topic.subscribers} & {*self._ours} - {but})
+                   for resolved, topic in needed)
+
+    def hears(self, node: str) -> bool:
+        """Return whether every topic of a node, of those that others wait for, has had a message."""
+        return all(name in self.newest for name, topic in self._graph.topics.items() if topic.publisher == node)
+
+    def hears_optional(self) -> bool:
+        """Return whether every topic of the loop that has a publisher has had a message."""
+        return all(topic.name in self.newest or not self.count_publishers(resolved)
                    for resolved, topic in self._loop.items())
+
+    def serves_parameters(self) -> bool:
+        """Return whether a plant of somebody else serves its parameters, as nodes of rclcpp and rclpy do."""
+        return bool(self._told.service_is_ready())
+
+    def description(self, node: str) -> str:
+        """Describe what has come from a node of somebody else."""
+        return '; '.join(
+            self._conduct[name].refusal or self._conduct[name].jump or (
+                f'its newest {name} has the stamp {self.newest[name] / 1e9:.9g} s' if name in self.newest else
+                f'{name} has no message' if self.count_publishers(self.resolve_topic_name(name)) else
+                f'{name} has no publisher')
+            for name, topic in self._graph.topics.items() if topic.publisher == node)
+
+    def ahead(self) -> str:
+        """Return the node of somebody else whose last message is not the next one; '' without one."""
+        return next((self._loop[self.resolve_topic_name(name)].publisher
+                     for name, conduct in self._conduct.items() if conduct.jump or conduct.refusal), '')
+
+    def publishers(self, topic: str) -> str:
+        """Return the names of a topic's publishers."""
+        return publisher_names(self, topic)
+
+    def ask_for_flow_control(self) -> Future[Any]:
+        """Ask a plant of somebody else for `paused` and `hold_at`."""
+        answer: Future[Any] = self._told.call_async(GetParameters.Request(names=['paused', 'hold_at']))
+        return answer
 
     def has_every_topic(self) -> bool:
         """Return whether every loop topic has had a message, so that no more will be missed."""
@@ -143,8 +207,8 @@ class Recorder(Node):
 
         A short run would end before; diagnostics may report a failed law.
         """
-        return (self.has_every_topic() and self._has_path
-                and self.count_publishers('/diagnostics') >= len(self._graph.nodes))
+        return (self.has_every_topic() and (self._has_path or 'reference_cart' in self._foreign)
+                and self.count_publishers('/diagnostics') >= len(self._ours))
 
     def resume(self, period: int = 0) -> Future[Any]:
         """
@@ -163,7 +227,13 @@ class Recorder(Node):
 
         """
         self._ahead = AHEAD * period
+        self.note_whole()
         return self._set_on_plant(paused=False)
+
+    def note_whole(self) -> None:
+        """Note that from now on every message arrives here."""
+        for conduct in self._conduct.values():
+            conduct.is_whole = True
 
     def pause(self) -> Future[Any]:
         """Ask the plant to pause."""
@@ -184,12 +254,13 @@ class Recorder(Node):
 
     def _complete_until(self) -> int:
         """Return the stamp [ns] up to which every velocity tick and the answers to the plant are recorded."""
-        return min(self.newest.get(topic, 0) for topic in ('joint_states', self._graph.command))
+        return min(self.newest.get(topic, 0) for topic in (self._graph.clock, self._graph.command))
 
     def _discover(self) -> None:
         """Subscribe to every topic of the namespace, and to those that all namespaces share."""
         prefix = self.get_namespace().rstrip('/') + '/'
         self._take_best_effort()
+        self._find_unfit()
         for topic, kinds in self.get_topic_names_and_types():
             if topic in self._recorded or not (topic.startswith(prefix) or topic in SHARED_TOPICS):
                 continue
@@ -206,6 +277,36 @@ class Recorder(Node):
                 self._record(topic, kinds[0], latched, reliable)
             except Exception as error:  # a package that is not installed, a name that rcl refuses
                 self.get_logger().warning(f'{topic} is not recorded: {shortened(str(error))}')
+
+    def _find_unfit(self) -> None:
+        """Note an endpoint of somebody else's that DDS does not connect with those of the other nodes."""
+        for resolved, topic in self._loop.items():
+            if topic.name not in self._conduct or not topic.subscribers:
+                continue
+            for offer in self.get_publishers_info_by_topic(resolved):
+                if '_UNKNOWN_' in offer.topic_type:
+                    continue
+                if offer.topic_type != topic.kind:
+                    self._blame(topic, f'{topic.name} is of the type {offer.topic_type}, and not {topic.kind}')
+                elif (offer.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT
+                      and self._conduct[topic.name].needs_reliable):
+                    self._blame(topic, f'{topic.name} is published as best effort; make it reliable and volatile')
+
+    def _blame(self, topic: Topic, fault: str) -> None:
+        self.fault = self.fault or f'{topic.publisher}: {shortened(fault)}'
+
+    def _judge(self, topic: Topic, stamp: int, message: bytes, now: int) -> bool:
+        """Judge a message of somebody else's node; return whether it can be used."""
+        conduct = self._conduct[topic.name]
+        fault = conduct.take(stamp, message, now)
+        question = self._asked_by.get(topic.name)
+        if question and conduct.is_whole and self._ahead and not fault:
+            answers, questions = self._counts[topic.name], self._counts[question]
+            if answers > questions + self._ahead // conduct.period:
+                fault = f'{topic.name} has {answers} messages, and {questions} were asked for on {question}'
+        if fault:
+            self._blame(topic, fault)
+        return not conduct.refusal
 
     def _take_best_effort(self) -> None:
         """Subscribe again to measurements of a robot, if its driver publishes them as best effort."""
@@ -241,7 +342,10 @@ class Recorder(Node):
             if of_loop is not None:
                 self.received = now
                 with suppress(RefusedMessageError):
-                    self.newest[of_loop.name] = stamp = serialised_stamp(message)
+                    stamp = serialised_stamp(message)
+                    self._counts[of_loop.name] += 1
+                    if of_loop.name not in self._conduct or self._judge(of_loop, stamp, message, now):
+                        self.newest[of_loop.name] = stamp
                 # later in the run, or after a reset has begun a new one
                 if (self._ahead and not self._ahead // 2 <= self._allowed - self._complete_until() <= self._ahead
                         and self._farthest() != self._allowed):

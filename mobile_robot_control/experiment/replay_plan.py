@@ -2,11 +2,12 @@
 
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from mobile_robot_control.experiment.foreign_nodes import ForeignNode, recorded_nodes, replay_faults
 from mobile_robot_control.messages.bag_files import LoopMessages, first_difference, read_loop_messages
 from mobile_robot_control.messages.mcap_stream import RESET, BagError, Change
 from mobile_robot_control.parameters.declaration import ParameterError, check_value, declarations, flatten
@@ -17,7 +18,7 @@ from mobile_robot_control.settings.configure import ParameterSources, configure
 from mobile_robot_control.settings.files import PATH_FILE, load
 from mobile_robot_control.settings.nodes import NODES, PACE, Configuration, loop_of
 from mobile_robot_control.system.texts import shortened
-from mobile_robot_control.topics import CORRECTION, DISTURBANCE, GOAL, LAW_FILE, MOST_EVENTS, PATH_TOPIC
+from mobile_robot_control.topics import CORRECTION, DISTURBANCE, GOAL, LAW_FILE, MOST_EVENTS, PATH_TOPIC, required
 
 _FREE = ('real_time_factor', 'publish_clock', 'publish_tf', 'peer_timeout')
 """Parameters that change no number."""
@@ -70,7 +71,8 @@ class Replay(NamedTuple):
 
 
 def plan_replay(
-    named: Path, output: Path, sources: ParameterSources, duration: float | None = None, namespace: str = '/'
+    named: Path, output: Path, sources: ParameterSources, duration: float | None = None, namespace: str = '/',
+    nodes: Callable[[Configuration], Mapping[str, ForeignNode]] = lambda _: {},
 ) -> Replay:
     """
     Plan the replay of an experiment.
@@ -87,11 +89,13 @@ def plan_replay(
         Required length [s]; any if None.
     namespace : str
         Of the nodes.
+    nodes : callable
+        Returns the nodes of somebody else in a loop with these parameters, which must be those of the recording.
 
     Raises
     ------
     ParameterError
-        If it is not the complete bag of an experiment in lockstep with these parameters.
+        If it is not the complete bag of an experiment in lockstep with these parameters and nodes.
 
     """
     folder = next((one for one in (named, *named.absolute().parents[:2]) if (one / 'parameters.yaml').is_file()), None)
@@ -101,8 +105,13 @@ def plan_replay(
     if folder.resolve() == output.resolve():
         raise ParameterError([f'--output {output}: holds the bag that is to be replayed; name another folder'])
     configuration = _configuration(named, folder / 'parameters.yaml', sources, duration, namespace)
+    foreign = nodes(configuration)
+    others = [f'--replay {named}: {fault}' for fault in replay_faults(recorded_nodes(folder), foreign)]
+    if others:
+        raise ParameterError(others)
+    loop = required(loop_of(configuration.plant), foreign)
     try:
-        recorded = read_loop_messages(folder / 'bag', namespace, loop_of(configuration.plant).topics)
+        recorded = read_loop_messages(folder / 'bag', namespace, loop.topics)
     except BagError as error:
         raise ParameterError([f'--replay {named}: {error}']) from error
     faults = [f'--replay {named}: {fault}' for fault in islice(_faults(configuration, recorded), _TOLD)]

@@ -156,7 +156,8 @@ class ReplayRun:
         self._runner = runner
         applied = 0
         with suppress(_RunIsOverError):
-            self._wait(self._replayer.is_ready, 'the services of the nodes were not discovered')
+            if self._replay.changes or len(self._replay.runs) > 1:
+                self._wait(self._replayer.is_ready, 'the services of the nodes were not discovered')
             for run in self._replay.runs:
                 for hold, changes in run.holds.items():
                     self._go_to(hold)

@@ -5,14 +5,21 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from mobile_robot_control.experiment.folders import WRITTEN, experiment_folders
+from mobile_robot_control.experiment.folders import WRITTEN, experiment_folders, write_origin
+from mobile_robot_control.experiment.foreign_nodes import (
+    ForeignNode,
+    foreign_nodes,
+    read_name,
+    read_node,
+)
 from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
+from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.ros.shared.process import LOAD_ERRORS, Stop, check_environment, load_fault
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.files import read_namespace
-from mobile_robot_control.settings.nodes import Configuration
+from mobile_robot_control.settings.nodes import Configuration, loop_of
 from mobile_robot_control.system.files import encodable_path
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.supervisor import Supervisor
@@ -28,6 +35,12 @@ class ExperimentRequest(NamedTuple):
     sources: ParameterSources
     output: Annotated[str, Field('', 'folder for all files'), Reader(encodable_path, 'DIR')]
     duration: Annotated[float | None, Field('s', 'simulated time; required without --replay', above=0.0)] = None
+    node: Annotated[tuple[tuple[str, tuple[str, ...]], ...], Field(
+        '', 'command that is started in place of our node of that name'),
+        Reader(read_node, 'NAME=COMMAND', again=True, example="position_controller='python my_node.py'")] = ()
+    attach: Annotated[tuple[str, ...], Field(
+        '', 'node that runs already in place of ours, such as a robot as the plant'),
+        Reader(read_name, 'NAME', again=True, example='plant')] = ()
     overwrite: Annotated[bool, Field('', 'replace an experiment in this folder; other files stay')] = False
     composed: Annotated[bool, Field('', 'run all four nodes in one process')] = False
     compare: Annotated[tuple[str, ...], Field(
@@ -82,6 +95,10 @@ class Experiments:
             raise ParameterError(['--duration is missing; it is needed without --replay: simulated time [s]'])
         if request.replay is not None and request.compare:
             raise ParameterError(['--replay is not allowed with --compare; replay one run after the other'])
+        for option, is_given in (('--replay', request.replay is not None), ('--compare', bool(request.compare))):
+            if is_given and request.attach:
+                raise ParameterError([f'{option} is not allowed with --attach: what runs already does not begin again; '
+                                      'record one run after the other'])
         self._request, self._command_line, self._stop = request, command_line, stop
         self._output = Path(request.output)
 
@@ -90,6 +107,7 @@ class Experiments:
         if self._request.replay is not None:
             return self._replay()
         parameters = self._configured()
+        self._nodes(parameters)  # refused before a folder is made
         check_environment(self._output / 'log')
         with (experiment_folders({self._output: parameters}, self._request.overwrite, self._request.sources.robot
                                  ) as unused, _progress_bar(parameters.plant.duration) as bar):
@@ -103,12 +121,30 @@ class Experiments:
                                   "add -p '/**.stamped_cmd_vel:=true'"])
         return parameters
 
+    def intention(self) -> str:
+        """Describe the motion of an attached robot; a refusal raises ParameterError."""
+        parameters = self._configured()
+        self._nodes(parameters)
+        cart = parameters.reference_cart.curve
+        course = 'a path' if cart.curve == PATH else (
+            f'the {cart.curve} of {cart.placement.scale:g} m, {cart.placement.period:g} s a lap')
+        if 'reference_cart' in {*self._request.attach, *(name for name, _ in self._request.node)}:
+            course = 'the reference of another cart'
+        return f'for {parameters.plant.duration:g} s along {course}'
+
+    def _nodes(self, parameters: Configuration) -> dict[str, ForeignNode]:
+        return foreign_nodes(self._request.node, self._request.attach, loop_of(parameters.plant))
+
     def _perform(
         self, parameters: Configuration, output: Path, bar: tqdm, unused: list[Path],
         course: 'Callable[[], Procedure] | None' = None,
     ) -> Performed:
         """Run, record and evaluate one configuration; the result's reason names every error."""
         request = self._request
+        nodes = self._nodes(parameters)
+        origin = {name: node.record for name, node in nodes.items()}
+        if nodes:
+            write_origin(output, self._command_line, origin)
         with Supervisor(max(request.patience, START)) as supervisor:
             # imported late: usage errors appear at once, and an import that hangs is noticed
             try:
@@ -119,12 +155,14 @@ class Experiments:
 
             result = run_experiment(parameters, output, request.namespace, composed=request.composed,
                                     patience=request.patience, stop=self._stop, bar=bar, supervisor=supervisor,
-                                    course=None if course is None else course())
+                                    course=None if course is None else course(), nodes=nodes)
         unused.remove(output)
         bar.write('experiment: reading the bag and measuring' + (', then drawing the report' if request.report else ''),
                   file=sys.stderr)
+        if not result.flow_control:
+            origin['plant']['flow_control'] = False
         evaluated = evaluate(output, request.namespace, result.outcome, self._command_line,
-                             quiet=bool(request.compare), with_report=request.report)
+                             quiet=bool(request.compare), with_report=request.report, nodes=origin)
         reasons = [*filter(None, [result.reason]), *evaluated.unwritten]
         return Performed(result._replace(reason='\nexperiment: '.join(reasons)), evaluated.metrics, parameters)
 
@@ -134,7 +172,8 @@ class Experiments:
         from mobile_robot_control.experiment.replay_plan import compare_replay, plan_replay  # noqa: PLC0415
 
         request, output = self._request, self._output
-        replay = plan_replay(Path(str(request.replay)), output, request.sources, request.duration, request.namespace)
+        replay = plan_replay(Path(str(request.replay)), output, request.sources, request.duration, request.namespace,
+                             self._nodes)
 
         def course() -> 'Procedure':
             from mobile_robot_control.experiment.replay_run import ReplayRun  # noqa: PLC0415 (imports rclpy)
@@ -161,6 +200,8 @@ class Experiments:
         names = _folders(request.compare)
         configured = [self._configured(file) for file in request.compare]
         chosen = {name: _alike(parameters, configured[0]) for name, parameters in zip(names, configured, strict=True)}
+        for parameters in chosen.values():
+            self._nodes(parameters)
         check_environment(output / names[0] / 'log')
         reasons: list[str] = []
         done: list[tuple[str, Path]] = []

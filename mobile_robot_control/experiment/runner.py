@@ -1,7 +1,7 @@
 """The experiment runner: it starts the nodes of a run, records, and watches them to the end."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -9,17 +9,21 @@ import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.experiment.node_processes import START, NodeProcess, stop_processes, use_fastdds_profiles
+from mobile_robot_control.experiment.conduct import Conduct
+from mobile_robot_control.experiment.foreign_nodes import ForeignNode
+from mobile_robot_control.experiment.node_group import SETTLE, NodeGroup
+from mobile_robot_control.experiment.node_processes import START, use_fastdds_profiles
 from mobile_robot_control.experiment.recorder import AHEAD, Recorder
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import period_nanoseconds
+from mobile_robot_control.ros.shared import conversions
 from mobile_robot_control.ros.shared.process import Stop
 from mobile_robot_control.ros.start.spin import RCLError, make_executor, one_line
 from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.settings.nodes import Configuration, loop_of
 from mobile_robot_control.system.progress import RunProgress, tqdm
 from mobile_robot_control.system.supervisor import Supervisor, is_suspended, keep_node, shut_down
-from mobile_robot_control.topics import silent_node
+from mobile_robot_control.topics import ALL_LOOP_TOPICS, required, silent_node
 
 
 class RunFailedError(Exception):
@@ -36,15 +40,16 @@ class ExperimentResult(NamedTuple):
         'completed', 'diverged', 'law_failed', 'interrupted' or 'node_died'.
     reason : str
         The error, with the node or the file; '' without one.
+    flow_control : bool
+        Whether the recorder could hold the plant; only one of somebody else's may lack it.
 
     """
 
     outcome: str
     reason: str
+    flow_control: bool = True
 
 
-SETTLE = 1.0
-"""[s] of wall time for finding other publishers, before a run and repeatedly during it."""
 _STANDSTILL = 1.0
 """[s] of wall time, at most, for which a run continues after its law has failed."""
 _BEHIND = 20.0
@@ -80,25 +85,35 @@ class ExperimentRunner:
 
     def __init__(
         self, parameters: Configuration, output: Path, namespace: str, patience: float, stop: Stop, recorder: Recorder,
-        turn: Callable[[], None], bag: BagWriter, bar: tqdm,
+        turn: Callable[[], None], bag: BagWriter, bar: tqdm, nodes: Mapping[str, ForeignNode],
     ) -> None:
-        self.processes: list[NodeProcess] = []
+        self._nodes = nodes
         self.recorder, self.patience = recorder, patience
-        self._output, self._namespace = output, namespace
         self._stop, self._turn, self._bag, self._bar = stop, turn, bag, bar
-        shared, self.loop = parameters.plant.shared, loop_of(parameters.plant)
+        shared, self.loop = parameters.plant.shared, required(loop_of(parameters.plant), nodes)
         self.lockstep = shared.lockstep
         self._period = period_nanoseconds(shared.velocity_rate)
         self._end = round(parameters.plant.duration * shared.velocity_rate) * self._period
         self._position_period = period_nanoseconds(shared.position_rate)
+        self.group = NodeGroup(output, namespace, nodes, self.loop, self.lockstep, recorder)
         self._progress = RunProgress(bar, self._end / 1e9)
+        self._start = 0
 
-    def start(self, *names: str) -> None:
-        """Start nodes in one process, paused."""
-        arguments = ['--ros-args', '--params-file', str(self._output / 'parameters.yaml'), '-p', 'paused:=true']
-        if self._namespace != '/':
-            arguments += ['-r', f'__ns:={self._namespace}']
-        self.processes.append(NodeProcess(names, arguments, self._output / 'log' / f'{"_".join(names)[:60]}.log'))
+    def start(self, composed: bool, note: Callable[[int], None]) -> None:
+        """Start all nodes that do not run already, paused; `note` takes the number of each process."""
+        self.group.start(composed, note, self.spin_until, self.starting)
+
+    @property
+    def starting(self) -> float:
+        """Wall time for nodes to start [s]."""
+        return max(self.patience, START)
+
+    def is_ready(self) -> bool:
+        """Return whether the run can begin without that a message is missed."""
+        if self.lockstep:
+            return self.recorder.has_every_node()
+        plant = self._nodes.get('plant')
+        return self.recorder.has_every_topic() if plant and plant.is_attached else self.recorder.all_discovered()
 
     def spin_until(self, condition: Callable[[], Any], seconds: float) -> bool:
         """Spin until a condition holds; False when time is up or the run is over."""
@@ -110,7 +125,12 @@ class ExperimentRunner:
         return True
 
     def resume(self) -> None:
-        """Ask the paused plant to resume, until it has accepted."""
+        """Ask the paused plant to resume, until it has accepted; one that cannot be paused runs already."""
+        if not self.group.flow_control:
+            return
+        if self._nodes:
+            # what somebody else's node publishes for recordings alone; none waits for it
+            self.spin_until(self.recorder.hears_optional, SETTLE)
         deadline = time.monotonic() + self.patience
         while not self.spin_until(self.recorder.resume(self._period if self.lockstep else 0).done, 1.0):
             if time.monotonic() > deadline or self.is_over():
@@ -118,12 +138,14 @@ class ExperimentRunner:
 
     def drain(self) -> None:
         """Record messages that have arrived and are not recorded yet."""
-        self.recorder.drain(self._turn, 0.3, _BEHIND)
+        # what runs already goes on
+        is_attached = any(node.is_attached for node in self._nodes.values())
+        self.recorder.drain(self._turn, 0.3, SETTLE if is_attached else _BEHIND)
 
     def is_over(self) -> bool:
         """Return whether a stop is requested, a process has ended, or nothing more can be recorded."""
-        return (self._stop.requested or bool(self._bag.failure or self.recorder.law_failure)
-                or any(process.exit_code() is not None for process in self.processes))
+        return (self._stop.requested or bool(self._bag.failure or self.recorder.law_failure or self.recorder.fault)
+                or bool(self.group.ended()))
 
     def is_at(self, stamp: int) -> bool:
         """Return whether the newest message on every loop topic has a stamp [ns]."""
@@ -132,12 +154,18 @@ class ExperimentRunner:
     def watch(self, done: Callable[[], bool] = lambda: False) -> None:
         """Spin and move the progress bar until a condition holds, the run is over, or nothing moves."""
         newest, moved, looked = -1, time.monotonic(), 0.0
-        start = 0 if self.lockstep else self.recorder.newest.get('joint_states', 0)
-        while not self.is_over() and not done():
+        plant = self._nodes.get('plant')
+        begins_at_zero = self.lockstep and not (plant and plant.is_attached)
+        if plant and not begins_at_zero:
+            self.spin_until(lambda: self.loop.clock in self.recorder.newest, self.patience)
+        start = self._start = 0 if begins_at_zero else self.recorder.newest.get(self.loop.clock, 0)
+        if plant and (self.lockstep or plant.is_attached):
+            self.recorder.last = start + self._end
+        while not self.is_over() and not done() and not self._is_at_end():
             self._turn()
             if time.monotonic() > looked + SETTLE:
                 looked = time.monotonic()
-                refuse_other_publishers(self.recorder.topics_of_others(ours=1))
+                self._refuse_others()
             now = self._reached()
             if now != newest:
                 newest, moved = now, time.monotonic()
@@ -149,57 +177,98 @@ class ExperimentRunner:
         self._progress.show((self._reached() - start) / 1e9)
         self._bar.refresh()
 
+    def _refuse_others(self) -> None:
+        others = self.recorder.topics_of_others(ours=1)
+        if others and self._nodes:
+            raise RunFailedError(
+                f'{others[0]} has several publishers, {self.recorder.publishers(others[0])}; one is enough')
+        refuse_other_publishers(others)
+
+    def _is_at_end(self) -> bool:
+        """Return whether a plant of somebody else, which may know no duration, has been answered up to the end."""
+        if 'plant' not in self._nodes:
+            return False
+        newest, end = self.recorder.newest, self._start + self._end
+        if not self.lockstep:
+            return self._start > 0 and newest.get(self.loop.clock, self._start) >= end
+        tick = end - end % self._position_period
+        return all(newest.get(name, -1) >= (end if topic.rate == 'velocity_rate' else tick)
+                   for name, topic in self.loop.topics.items())
+
     def _see_standstill(self) -> None:
         """Record the first command after a failure of the law; the plant may still wait for it."""
         end, deadline = self._reached() + AHEAD * self._period + self._position_period, time.monotonic() + _STANDSTILL
         while (self._reached() < end and time.monotonic() < deadline and not self._stop.requested
-               and all(process.exit_code() is None for process in self.processes)):
+               and not self.group.ended()):
             self._turn()
 
     def _reached(self) -> int:
         """Return the stamp that the run has reached: on the wall clock, that of the slowest topic."""
         newest = self.recorder.newest
-        return newest['joint_states'] if self.lockstep else min(newest.get(topic, -1) for topic in self.loop.topics)
+        if self.lockstep:
+            return newest.get(self.loop.clock, 0)
+        return min(newest.get(topic, -1) for topic in self.loop.topics)
 
     def result(self) -> ExperimentResult:
         """Return how the run ended."""
         if self._stop.requested or self._bag.failure:
-            return ExperimentResult('interrupted', '')
-        if self.recorder.law_failure:
-            return ExperimentResult('law_failed', self.recorder.law_failure)
-        for process in self.processes:
-            if process.exit_code() == 0 and 'plant' in process.name:
-                return ExperimentResult('completed', '')
-            if process.exit_code() == 1 and 'plant' in process.name:
-                return ExperimentResult('diverged', process.exit_report())
-        dead = [process for process in self.processes if process.exit_code() is not None]
+            ended = 'interrupted', ''
+        elif self.recorder.law_failure:
+            ended = 'law_failed', self.recorder.law_failure
+        else:
+            if self._nodes and self.group.ended():
+                # what it has published before its end; others may go on
+                self.recorder.drain(self._turn, 0.3, SETTLE)
+            ended = ('node_died', self.recorder.fault) if self.recorder.fault else self._end_of_nodes()
+        return ExperimentResult(*ended, self.group.flow_control or not self.lockstep)
+
+    def _end_of_nodes(self) -> tuple[str, str]:
+        """Return outcome and reason of a run that nobody has interrupted."""
+        if self._is_at_end():
+            return 'completed', ''
+        for process in self.group.processes:
+            if not process.is_foreign and 'plant' in process.name and process.exit_code() in (0, 1):
+                return ('diverged', process.exit_report()) if process.exit_code() else ('completed', '')
+        dead = self.group.ended()
         if dead:
-            return ExperimentResult('node_died', '\n'.join(process.exit_report() for process in dead))
+            return 'node_died', '\n'.join(process.exit_report() for process in dead)
         # one that was suspended while it published may have answered the recorder and not the other nodes
-        suspended = [process.name for process in self.processes if is_suspended(process.pid)]
-        silent = ', '.join(suspended) or silent_node(
+        suspended = [process.name for process in self.group.processes if is_suspended(process.pid)]
+        silent = ', '.join(suspended) or self.recorder.ahead() or silent_node(
             self.recorder.newest, self.lockstep, self._position_period, self.loop)
-        return ExperimentResult('node_died', f'{silent} gave no answer for {self.patience} s and was given up')
+        told = f'; {self.recorder.description(silent)}' if silent in self._nodes else ''
+        return 'node_died', f'{silent} gave no answer for {self.patience} s and was given up{told}'
+
+
+def _conduct(parameters: Configuration, nodes: Mapping[str, ForeignNode]) -> dict[str, Conduct]:
+    """Return the judges of the topics of somebody else's nodes."""
+    shared = parameters.plant.shared
+    return {name: Conduct(name, conversions.reader(name, shared), period_nanoseconds(getattr(shared, topic.rate)),
+                          shared.lockstep)
+            for name, topic in loop_of(parameters.plant).topics.items()
+            if topic.publisher in nodes and name in ALL_LOOP_TOPICS}
 
 
 def run_experiment(
     parameters: Configuration, output: Path, namespace: str, composed: bool, patience: float, stop: Stop, bar: tqdm,
-    supervisor: Supervisor, course: Procedure | None = None,
+    supervisor: Supervisor, course: Procedure | None = None, nodes: Mapping[str, ForeignNode] | None = None,
 ) -> ExperimentResult:
     """
     Run an experiment and record it into a folder with `parameters.yaml`; the bag and the nodes' logs are added there.
 
     The run is given up after `patience` seconds of wall time without progress; the bar shows its simulated time. The
-    bag is complete, or readable up to its end. Raises ParameterError if another node publishes on the topics. rclpy
-    stays initialised: leaving DDS may hang, and the run must be evaluated before.
+    bag is complete, or readable up to its end. Nodes of somebody else, by name, take the places of ours. Raises
+    ParameterError if another node publishes on the topics. rclpy stays initialised: leaving DDS may hang, and the run
+    must be evaluated before.
     """
     use_fastdds_profiles(output / 'log')
-    begun = False
+    begun, nodes = False, nodes or {}
     shut_down()  # of a previous run
     try:
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         with BagWriter(output / 'bag') as bag:
-            recorder = Recorder(namespace, bag.write, bag.knows, loop_of(parameters.plant))
+            recorder = Recorder(namespace, bag.write, bag.knows, loop_of(parameters.plant), _conduct(parameters, nodes),
+                                [name for name, node in nodes.items() if node.is_attached])
             keep_node(recorder)
             executor = make_executor()
             executor.add_node(recorder)
@@ -210,32 +279,29 @@ def run_experiment(
 
             runner = ExperimentRunner(
                 parameters=parameters, output=output, namespace=namespace, patience=patience, stop=stop,
-                recorder=recorder, turn=turn, bag=bag, bar=bar)
+                recorder=recorder, turn=turn, bag=bag, bar=bar, nodes=nodes)
             runner.spin_until(recorder.topics_of_others, SETTLE)
             refuse_other_publishers(recorder.topics_of_others())
             begun = True
             if course is not None:
                 executor.add_node(course.attach(namespace))
             try:
-                for names in [runner.loop.nodes] if composed else [(name,) for name in runner.loop.nodes]:
-                    runner.start(*names)
-                    supervisor.note_node(runner.processes[-1].pid)
+                runner.start(composed, supervisor.note_node)
                 # the paused plant repeats its first messages until they and every answer to them have been recorded
-                ready = recorder.has_every_node if runner.lockstep else recorder.all_discovered
-                if runner.spin_until(ready, max(patience, START)):
+                if runner.spin_until(runner.is_ready, runner.starting):
                     if course is not None:
                         course.follow(runner)
                     runner.resume()
                     runner.watch()
                 result = runner.result()
             except RunFailedError as error:
-                result = ExperimentResult('interrupted', str(error))
+                result = ExperimentResult('interrupted', str(error), runner.result().flow_control)
             finally:
-                stop_processes(runner.processes)
+                unsure = runner.group.end()
                 runner.drain()
         if result.outcome == 'completed' and recorder.law_failure:  # reported at the very end
             result = ExperimentResult('law_failed', recorder.law_failure)
-        return result._replace(reason='\n'.join(filter(None, (result.reason, bag.failure))))
+        return result._replace(reason='\n'.join(filter(None, (result.reason, bag.failure, unsure))))
     except (RuntimeError, MemoryError) as error:
         if isinstance(error, RCLError) and not begun:
             raise ParameterError([f'ROS 2 cannot start: {one_line(error)}; check the ROS_* environment variables']

@@ -13,6 +13,7 @@ from mobile_robot_control.pages import page
 from mobile_robot_control.pages.metrics_table import comparable_runs
 from mobile_robot_control.pages.page import asset, pack
 from mobile_robot_control.pages.replay_data import replay_data
+from mobile_robot_control.runs.other_nodes import nodes_of_others
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.segments import event_text, events_within, segments
 from mobile_robot_control.runs.series import Series, count_missing
@@ -85,7 +86,8 @@ def sentence(runs: Sequence[Run]) -> str:
     if len(runs) == 1:
         run, = runs
         drove = len({part.law for part in segments(run)})
-        told = run_sentence(run.metrics, run.parameters, bool(run.series.origin), drove)
+        told = run_sentence(run.metrics, run.parameters, bool(run.series.origin), drove,
+                            nodes_of_others(run.provenance))
         return f'{told}{_changed(run)}; {_missing(run)}.'
     return f'{_of_several(runs)}; {_missing_of_several(runs)}.'
 

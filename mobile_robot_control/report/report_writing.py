@@ -27,11 +27,12 @@ from mobile_robot_control.planning.page import plans_of_runs
 from mobile_robot_control.reference.curves import PATH
 from mobile_robot_control.report.animation import animate
 from mobile_robot_control.report.twins import TWINS, Twins, with_twins
+from mobile_robot_control.runs.other_nodes import nodes_of_others
 from mobile_robot_control.runs.run import Run
 from mobile_robot_control.runs.run_figures import RUN_FIGURES, TORQUE_FIGURE, PanelOf, RunFigure
 from mobile_robot_control.runs.segments import event_text, events_within, segments
 from mobile_robot_control.runs.series import Series, find_gaps, period
-from mobile_robot_control.runs.words import quantities
+from mobile_robot_control.runs.words import law_words, quantities
 from mobile_robot_control.settings.nodes import awaits_path, course_of
 from mobile_robot_control.settings.provenance import provenance
 from mobile_robot_control.system.files import write_atomically
@@ -152,15 +153,18 @@ def run_description(run: Run) -> str:
     """Return the controller, curve and rates of a run in a sentence without its full stop."""
     if run.parameters is None:
         return f'{run.name}: configuration not known'
-    control, cart = run.parameters.position_controller.control, run.parameters.reference_cart
+    cart = run.parameters.reference_cart
     shared, placement = run.parameters.plant.shared, cart.curve.placement
-    if awaits_path(cart):
+    others = nodes_of_others(run.provenance)
+    if 'reference_cart' in others:
+        course = 'the reference of another cart'
+    elif awaits_path(cart):
         course = 'paths of its topic'
     elif cart.curve.curve == PATH:
         course = f'the path {Path(cart.path.file).name}, {course_of(cart).period:.3g} s'
     else:
         course = f'the {cart.curve.curve} of {placement.scale:g} m, {placement.period:g} s a lap'
-    return (f'{run.name}: {control.controller_type.replace("_", " ")} on {course}, at {shared.velocity_rate:g} and '
+    return (f'{run.name}: {law_words(run.parameters, others)} on {course}, at {shared.velocity_rate:g} and '
             f'{shared.position_rate:g} Hz, {"in lockstep" if shared.lockstep else "on the wall clock"}')
 
 

@@ -12,6 +12,7 @@ from mobile_robot_control.runs import csv_table
 from mobile_robot_control.runs.bag import Recording, read_bag
 from mobile_robot_control.runs.errors import with_errors
 from mobile_robot_control.runs.metrics import RECORDED, IndexMeter, RunMeter, summary
+from mobile_robot_control.runs.other_nodes import described_nodes, nodes_of_others
 from mobile_robot_control.runs.record import Event
 from mobile_robot_control.runs.rollout import is_complete
 from mobile_robot_control.runs.run import Run
@@ -160,7 +161,9 @@ def read_run(
         raise UnreadableRunError(f'{path}: {"; ".join(recording.problems)}')
     parameters, unknown = _parameters(beside, configure) if beside else (None, [])
     # a table has columns for the truth if odometry is not exact; for the bag of another robot this is unknown
-    exact = has_exact_odometry(parameters.plant) if parameters else not is_bag(run)
+    # that of a plant of somebody else is unknown, too
+    others = nodes_of_others(origin)
+    exact = (has_exact_odometry(parameters.plant) and 'plant' not in others) if parameters else not is_bag(run)
     series, notes = _complete(recording.series, exact, timed)
     metrics, missing = _measured(series, outcome, parameters, exact)
     events = tuple(Event((change.stamp - series.origin) / 1e9, change.node, change.values)
@@ -168,7 +171,8 @@ def read_run(
     if series.origin and metrics.get('outcome') in ('completed', RECORDED) and series.has('joint_states'):
         # on the wall clock the other nodes continue for a moment after the plant has ended
         series = series.until(series.time('joint_states')[-1])
-    problems = map(printable, (*recording.problems, *unknown, *notes, *missing))
+    told = described_nodes(others, bool(series.origin))
+    problems = map(printable, (*recording.problems, *unknown, *notes, *missing, *told))
     return Run(name, series, tuple(problems), metrics, parameters, origin, events)
 
 

@@ -5,7 +5,7 @@ In tables the exact value appears under the pointer.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
@@ -150,7 +150,8 @@ WHOLE = ('completed', 'not known', RECORDED)
 
 
 def run_sentence(
-    metrics: dict[str, Any], parameters: Configuration | None, on_wall_clock: bool = False, laws: int = 1
+    metrics: dict[str, Any], parameters: Configuration | None, on_wall_clock: bool = False, laws: int = 1,
+    others: Collection[str] = (),
 ) -> str:
     """
     Describe the outcome of a run, without a full stop.
@@ -165,14 +166,23 @@ def run_sentence(
         Whether it ran on the wall clock.
     laws : int
         Number of laws in sequence.
+    others : collection of str
+        Nodes of somebody else.
 
     """
     end = f'{run_end(metrics, parameters, on_wall_clock)}: {run_facts(metrics, parameters)}'
     if parameters is None:
         return f'The robot {end}'
-    control, curve = parameters.position_controller.control, parameters.reference_cart.curve
-    law = f'a run of {laws} laws' if laws > 1 else control.controller_type.replace('_', ' ')
-    return f'On the {curve.curve}, {law} {end}'
+    law = f'a run of {laws} laws' if laws > 1 else law_words(parameters, others)
+    course = ('the reference of another cart' if 'reference_cart' in others
+              else f'the {parameters.reference_cart.curve.curve}')
+    return f'On {course}, {law} {end}'
+
+
+def law_words(parameters: Configuration, others: Collection[str] = ()) -> str:
+    """Return the name of a run's position law, in words; that of somebody else's controller is not known."""
+    return ('another position controller' if 'position_controller' in others
+            else parameters.position_controller.control.controller_type.replace('_', ' '))
 
 
 def run_end(metrics: dict[str, Any], parameters: Configuration | None, on_wall_clock: bool) -> str:

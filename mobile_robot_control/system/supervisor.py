@@ -7,6 +7,7 @@ from garbage collection, in which its process would leave DDS.
 """
 
 import contextlib
+import glob
 import os
 import re
 import select
@@ -139,13 +140,30 @@ def leave_dds(code: int) -> int:
     return code
 
 
-def _kill(pids: Sequence[int]) -> None:
-    """Kill processes, and wait briefly for their end."""
+def group_runs(pid: int) -> bool:
+    """Return whether a process of the group that began with a process is running; False on other systems than Linux."""
+    for folder in glob.glob('/proc/[0-9]*'):
+        state, _, group = (_status(int(folder.rpartition('/')[2])) or ['Z', '', ''])[:3]
+        if group == str(pid) and state != 'Z':
+            return True
+    return False
+
+
+def _signal_groups(pids: Sequence[int], number: int) -> None:
+    """Send a signal to nodes and their children: each began a group."""
     for pid in pids:
+        with contextlib.suppress(OSError):
+            os.killpg(pid, number)
+
+
+def _kill(nodes: Sequence[int], *others: int) -> None:
+    """Kill nodes with their children, and other processes, and wait briefly for their end."""
+    _signal_groups(nodes, signal.SIGKILL)
+    for pid in (*others, *nodes):
         with contextlib.suppress(OSError):
             os.kill(pid, signal.SIGKILL)
     deadline = time.monotonic() + 1.0
-    while any(map(_is_running, pids)) and time.monotonic() < deadline:
+    while any(map(_is_running, (*others, *nodes))) and time.monotonic() < deadline:
         time.sleep(0.01)
 
 
@@ -164,11 +182,16 @@ def is_suspended(pid: int) -> bool:
 
 def _state(pid: int) -> str:
     """Return a process's state in Linux: T or t stopped by a signal or a debugger, Z ended; '' on other systems."""
+    return (_status(pid) or [''])[0]
+
+
+def _status(pid: int) -> list[str]:
+    """Return state, parent, group and more of a process in Linux; [] on other systems."""
     try:
         with open(f'/proc/{pid}/stat', encoding='utf-8', errors='replace') as file:
-            return file.read().rpartition(')')[2].split()[0]
-    except (OSError, IndexError):
-        return ''
+            return file.read().rpartition(')')[2].split()
+    except OSError:
+        return []
 
 
 def _watch(watched: int, seconds: float, grace: float, name: str) -> None:
@@ -190,9 +213,10 @@ def _watch(watched: int, seconds: float, grace: float, name: str) -> None:
             continue
         received = os.read(0, 4096)
         if not received:
-            # the process has ended; its nodes follow by themselves unless they hang
+            # the process has ended; its nodes follow by themselves unless they hang, and those of somebody else may not
+            _signal_groups(nodes, signal.SIGINT)
             deadline = time.monotonic() + grace
-            while any(map(_is_running, nodes)) and time.monotonic() < deadline:
+            while any(_is_running(node) or group_runs(node) for node in nodes) and time.monotonic() < deadline:
                 time.sleep(0.05)
             _kill(nodes)
             return
@@ -209,7 +233,7 @@ def _watch(watched: int, seconds: float, grace: float, name: str) -> None:
         rest = buffer[buffer.rfind(b'node'):] if re.search(rb'node \d*$', buffer) else b''
     print(f'\n{name}: ROS 2 has not answered for too long; this process and its nodes are killed: the machine or '
           'its limits (ulimit) may leave too little room', file=sys.stderr)
-    _kill([watched, *nodes])
+    _kill(nodes, watched)
 
 
 if __name__ == '__main__':

@@ -21,7 +21,7 @@ def ran(quick, monkeypatch):
     parameters_by_name = {}
     monkeypatch.delenv('ROS_DOMAIN_ID')
 
-    def run(parameters, output, namespace, composed, patience, stop, bar, supervisor, course):
+    def run(parameters, output, namespace, composed, patience, stop, bar, supervisor, course, nodes):
         parameters_by_name[output.name] = parameters
         record(output / 'bag', rollout(parameters, parameters.plant.duration))
         stop.requested = output.name == 'stopped'
