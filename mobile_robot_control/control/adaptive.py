@@ -9,16 +9,19 @@ Both channels of Eq. (13)-(14) are linear in their constants, (A + B) dv/dt + K 
 so that there is an acceleration where feedforward is off. With s = v_m - v, estimated factors μ and φ of the nominal
 constants, and the torques of
 
-    μ (A + B) a + φ K v + (A + B) k s
+    μ (A + B) a + φ K v_m + (A + B) k s
 
-the function V = (A + B) s²/2 + (A + B)_nominal μ̃²/(2 γ) + K_nominal φ̃²/(2 γ_f) falls by (A + B) k s² if
+the function V = (A + B) s²/2 + (A + B)_nominal μ̃²/(2 γ) + K_nominal φ̃²/(2 γ_f) falls by ((A + B) k + K) s² if
 
-    dμ/dt = γ s a,    dφ/dt = γ_f s v
+    dμ/dt = γ s a,    dφ/dt = γ_f s v_m
 
-The estimates pause within a dead zone of s, which noise fills, and where the torque is at its limit, which they would
+With v_m, not v: s has the noise of v, and the mean of their product is no zero. Where the model stands, nothing adapts,
+also under a push. The estimates pause within a dead zone of s, and where the torque is at its limit, which they would
 take for inertia. They tend to the true factors as far as the motion excites both.
 
-Source: J.-J. E. Slotine, W. Li: On the Adaptive Control of Robot Manipulators, Int. J. of Robotics Research 6(3), 1987.
+Sources: J.-J. E. Slotine, W. Li: On the Adaptive Control of Robot Manipulators, Int. J. of Robotics Research 6(3),
+1987; with v_m: N. Sadegh, R. Horowitz: Stability and Robustness Analysis of a Class of Adaptive Controllers for Robotic
+Manipulators, Int. J. of Robotics Research 9(3), 1990.
 """
 
 from typing import Annotated, NamedTuple
@@ -106,10 +109,11 @@ def step(
     alpha = inputs.acceleration.angular + model_turn * (inputs.command.angular - state.angular)
     s, s_turn = state.linear - v, state.angular - omega
     inertia, turning = linear_inertia(robot), angular_inertia(robot)
-    common = (inertia * (state.inertia * a + k * s) + robot.viscous_friction * state.friction * v) / robot.wheel_radius
+    common = (inertia * (state.inertia * a + k * s)
+              + robot.viscous_friction * state.friction * state.linear) / robot.wheel_radius
     differential = half_separation(robot) / robot.wheel_radius * (
         turning * (state.turning_inertia * alpha + k_turn * s_turn)
-        + robot.viscous_friction * state.turning_friction * omega)
+        + robot.viscous_friction * state.turning_friction * state.angular)
     unlimited = WheelTorque(common + differential, common - differential)
     torque = saturate(unlimited, limit)
     # at the limit of one wheel both channels are wrong
@@ -119,7 +123,8 @@ def step(
     return AdaptiveState(
         state.linear + dt * a, state.angular + dt * alpha,
         _adapted(state.inertia, gamma * grown * a), _adapted(state.turning_inertia, gamma_turn * grown_turn * alpha),
-        _adapted(state.friction, rub * grown * v), _adapted(state.turning_friction, rub_turn * grown_turn * omega),
+        _adapted(state.friction, rub * grown * state.linear),
+        _adapted(state.turning_friction, rub_turn * grown_turn * state.angular),
     ), torque
 
 

@@ -1,8 +1,9 @@
 """The adaptive law: its Lyapunov function falls, estimates pause where they must, and follow the true robot."""
 
 import math
-from itertools import pairwise
+from itertools import islice, pairwise
 
+import numpy as np
 import pytest
 from helpers.observation import inputs
 
@@ -11,22 +12,26 @@ from mobile_robot_control.model.discretisation import discretise
 from mobile_robot_control.model.dynamics import at_rest
 from mobile_robot_control.model.dynamics import step as move
 from mobile_robot_control.model.robot import Robot, angular_inertia, linear_inertia
-from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose
+from mobile_robot_control.quantities import BodyAcceleration, BodyVelocity, Pose, WheelTorque
 
 DT = 1e-3
 TRUE = Robot(mass=15.0, inertia=1.5, viscous_friction=0.009)
 NOMINAL, GAINS = Robot(), AdaptiveGains()
+NOISE = 0.01, 0.05
+"""[m/s], [rad/s]"""
 
 
-def driven(seconds, gains=GAINS):
-    """Yield state and velocity of a heavier robot whose command swings."""
+def driven(seconds, gains=GAINS, swing=1.0, noise=(0.0, 0.0), push=0.0):
+    """Yield state and velocity of a heavier robot whose command swings, with noise [m/s], [rad/s] and a push [N m]."""
     plant, motion, state = discretise(TRUE, DT), at_rest(Pose(0.0, 0.0, 0.0)), AdaptiveState()
+    rng = np.random.default_rng(1)
     for n in range(round(seconds / DT)):
         t = n * DT
-        command = (0.3 + 0.3 * math.sin(3.0 * t), 1.5 * math.sin(2.0 * t))
-        fed = BodyAcceleration(0.9 * math.cos(3.0 * t), 3.0 * math.cos(2.0 * t))
-        state, torque = step(state, inputs(command, motion.velocity, fed), gains, NOMINAL, 0.0, DT)
-        motion = move(motion, torque, plant)
+        command = (swing * (0.3 + 0.3 * math.sin(3.0 * t)), swing * 1.5 * math.sin(2.0 * t))
+        fed = BodyAcceleration(swing * 0.9 * math.cos(3.0 * t), swing * 3.0 * math.cos(2.0 * t))
+        measured = rng.normal(motion.velocity, noise).tolist() if any(noise) else motion.velocity
+        state, torque = step(state, inputs(command, measured, fed), gains, NOMINAL, 0.0, DT)
+        motion = move(motion, WheelTorque(torque.right + push, torque.left + push), plant)
         yield state, motion.velocity
 
 
@@ -51,6 +56,20 @@ def test_the_lyapunov_function_falls_and_the_estimates_reach_the_true_robot():
     assert state.inertia == pytest.approx(linear_inertia(TRUE) / linear_inertia(NOMINAL), rel=0.05)
     assert state.turning_inertia == pytest.approx(angular_inertia(TRUE) / angular_inertia(NOMINAL), rel=0.05)
     assert state.friction == pytest.approx(TRUE.viscous_friction / NOMINAL.viscous_friction, rel=0.05)
+
+
+def test_a_standing_robot_keeps_its_estimates_under_noise_and_a_push():
+    for state, _ in driven(5.0, swing=0.0, noise=NOISE, push=0.1):
+        assert state[2:] == (1.0,) * 4
+
+
+@pytest.mark.soak
+def test_adapted_estimates_move_by_less_than_5_percent_in_an_hour_of_noise():
+    hour = islice(driven(3900.0, noise=NOISE), round(300.0 / DT), None, 100)
+    adapted = [state[2:] for state, _ in hour]
+    for factor in zip(*adapted, strict=True):
+        print(f'{min(factor):.4f} to {max(factor):.4f}')
+        assert max(factor) < 1.05 * min(factor)
 
 
 @pytest.mark.parametrize(('gains', 'limit'), [(GAINS._replace(dead_zone=(1.0, 9.0)), 0.0), (GAINS, 0.01)])
