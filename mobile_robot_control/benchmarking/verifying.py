@@ -18,7 +18,7 @@ from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.experiment.runner import run_experiment
 from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.loop.scenarios import Scenario, scenario_configuration, scenario_trial
-from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.curves import OF_FILES
 from mobile_robot_control.ros.shared.process import Stop, check_environment
 from mobile_robot_control.runs.bag import read_bag
 from mobile_robot_control.runs.rollout import trial_rollout
@@ -60,7 +60,7 @@ def drawn_runs(benchmark: Benchmark, done: Done, count: int) -> Iterator[DrawnRu
         configuration = with_gains(cell.configuration(), gains_of(cell, gains))
         scenario = cell.drawn('judging', configuration, cell.runs)[number]
         # nodes that know another mass would time the path by it
-        if rms is None or (scenario.curve == PATH and scenario.mass != 1.0):
+        if rms is None or (scenario.curve in OF_FILES and scenario.mass != 1.0):
             continue
         if not count:
             return

@@ -19,6 +19,11 @@ _MEANINGS = {
     **dict.fromkeys(('s', 's_m', 'kappa', 'kappa_radpm', 'ax', 'ax_mps2'), ''),
 }
 """What a column or a key means; '' for nothing that is needed."""
+_TIMED_MEANINGS = _MEANINGS | {'v': 'speed', 'linear_velocity': 'speed', **dict.fromkeys((
+    'omega', 'w', 'angular_velocity', 'a', 'acceleration', 'linear_acceleration', 'alpha', 'angular_acceleration',
+    'curvature'), '')}
+"""What it means in a trajectory, whose velocities and accelerations follow from positions and times."""
+_SIDEWAYS = ('vy', 'velocity_y', 'ay')
 _WIDTH = re.compile(r'(w(_tr)?_(right|left)|width(_(right|left))?)(_m)?')
 _UNITS = {
     **dict.fromkeys(('x', 'y'), ('m', 'metre', 'metres', 'meter', 'meters')),
@@ -57,23 +62,27 @@ class Column(NamedTuple):
     is_told: bool = False
 
 
-def column_of(header: str) -> Column:
-    """Return what a name says, with its unit in brackets or as in `x_m`."""
+def column_of(header: str, timed: bool = False) -> Column:
+    """Return what a name says, with its unit in brackets or as in `x_m`; in a trajectory, if timed."""
+    meanings = _TIMED_MEANINGS if timed else _MEANINGS
     told = f"'{shortened(header, 40)}'"
     begin = min((at for at in map(header.find, '([') if at >= 0), default=len(header))
     name, unit = header[:begin].strip().lower(), header[begin:].strip(' ()[]').lower()
     base, _, suffix = name.rpartition('_')
-    if not unit and base in _MEANINGS and name not in _MEANINGS and is_unit(suffix):
+    if not unit and base in meanings and name not in meanings and is_unit(suffix):
         name, unit = base, suffix
     if _WIDTH.fullmatch(name):
         return Column(name, '', is_told=True)
-    if name not in _MEANINGS:
+    if timed and name in _SIDEWAYS:
+        return Column(name, '', f'{told} is of a robot that moves sideways, and one with two wheels does not; leave it '
+                                'out, and take v or vx for the velocity along the heading')
+    if name not in meanings:
         return Column(name, '', f'{told} is not understood; leave it out, or name it x, y, speed, heading or direction')
-    meaning = _MEANINGS[name]
+    meaning = meanings[name]
     units = _UNITS.get(meaning, ())
     if not units or not unit or unit in units:
         return Column(name, meaning)
-    if meaning == 'time':
+    if meaning == 'time' and not timed:
         return Column(name, '', is_told=True)
     return Column(name, meaning, f'{told} has the unit {shortened(unit, 20)}; convert it to {units[0]}, and name it '
                                  f'{name} [{units[0]}]')

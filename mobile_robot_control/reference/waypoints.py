@@ -17,7 +17,7 @@ SAME = 1e-6
 """[m]: nearer waypoints count as equal."""
 _TURN = 0.1
 """[rad]: equal waypoints whose headings differ by more ask for a turn on the spot."""
-_DIRECTIONS = {'1': 1, '+1': 1, 'forward': 1, 'forwards': 1, '-1': -1, 'backward': -1, 'backwards': -1}
+DIRECTIONS = {'1': 1, '+1': 1, 'forward': 1, 'forwards': 1, '-1': -1, 'backward': -1, 'backwards': -1}
 """What a text in a column `direction` means."""
 REMEDY = 'write x,y; or x,y,speed with these names above the columns'
 WRONG, UNKNOWN = 'wrong', 'unknown'
@@ -120,7 +120,7 @@ def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any
             continue
         x, y = float(fields['x']), float(fields['y'])
         limit, before, heading = fields.get('speed', ''), heading, _heading(fields)
-        direction = _DIRECTIONS.get(str(fields.get('direction', '')).strip().lower(), 0)
+        direction = DIRECTIONS.get(str(fields.get('direction', '')).strip().lower(), 0)
         if points and hypot(x - points[-1][0], y - points[-1][1]) < SAME:
             if before is not None and heading is not None:
                 turns[-1] += wrap_angle(heading - before)
@@ -193,6 +193,6 @@ def _row_violation(fields: Mapping[str, Any]) -> _Violation | None:
                                                            'with -1, which path.turn_back: reverse obeys')
     elif numbers.get('speed', 1.0) == 0.0:
         told, rule = 'speed = 0 m/s', '; write more than 0, or leave it out'
-    elif str(fields.get('direction', '') or '1').strip().lower() not in _DIRECTIONS:
+    elif str(fields.get('direction', '') or '1').strip().lower() not in DIRECTIONS:
         told, rule = f'direction = {shortened(str(fields["direction"]), 20)}', '; write 1 or -1'
     return _Violation(told, rule) if rule else None
