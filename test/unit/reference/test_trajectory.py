@@ -6,7 +6,7 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from helpers.timed_figures import Lemniscate, Moves, Sampled, points_of, timed
+from helpers.timed_figures import Lemniscate, Moves, Sampled, points_of, table, timed
 
 import mobile_robot_control as mrc
 from mobile_robot_control.parameters.declaration import ParameterError
@@ -113,6 +113,22 @@ def spoilt(figure, number, by):
 def test_what_no_robot_with_two_wheels_drives_is_refused_with_its_time(points, words):
     with pytest.raises(ParameterError, match=words):
         plan_trajectory(timed(points))
+
+
+def following_error(values):
+    """Return the largest distance of a robot from its reference over 16 s."""
+    configuration = ParameterSources().with_values(
+        {'position_controller.controller_type': 'kanayama', **values}).configuration()
+    return max(math.hypot(*sample.tick.error[:2]) for sample in mrc.rollout(configuration, 16.0))
+
+
+def test_a_robot_follows_rounded_points_about_as_well_as_their_exact_curve(tmp_path):
+    exact = following_error({'reference_cart.curve': 'lemniscate'})
+    for rate in (5, 20, 100):
+        file = tmp_path / f'{rate}.csv'
+        file.write_text(table(points_of(Lemniscate(), rate)))
+        found = following_error({'reference_cart.curve': 'trajectory', 'reference_cart.trajectory.file': str(file)})
+        assert found < max(1.2 * exact, exact + 0.001)
 
 
 LIMITS = Timing(max_linear_velocity=0.5, max_angular_velocity=0.9, max_wheel_torque=0.6)
