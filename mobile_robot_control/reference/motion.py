@@ -16,7 +16,7 @@ from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, B
 from mobile_robot_control.reference.path_parameters import PathRequest
 from mobile_robot_control.reference.path_shape import Floats
 from mobile_robot_control.reference.planned_path import PlannedPath, Timed, timed
-from mobile_robot_control.reference.stretches import Route, polyline, route_of
+from mobile_robot_control.reference.stretches import Route, pieces, polyline, route_of
 from mobile_robot_control.reference.timing import Intervals, Profile, StuckError, fastest
 
 _INTERVALS = 64
@@ -79,10 +79,11 @@ class Turn(Timed):
 
 
 class Pause(NamedTuple):
-    """A rest at a pose, for a period [s]."""
+    """A rest at a pose, for a period [s], of a cart that drove backwards before it, or forwards."""
 
     pose: Pose
     period: float
+    backward: bool = False
     length: float = 0.0
     limit: tuple[str, ...] = ('',)
 
@@ -93,7 +94,11 @@ class Pause(NamedTuple):
 
     def accelerated(self, _time: float) -> Reference:
         """Return the reference at rest."""
-        return Reference(self.pose, BodyVelocity(0.0, 0.0), NO_ACCELERATION)
+        return Reference(self.pose, BodyVelocity(-0.0 if self.backward else 0.0, 0.0), NO_ACCELERATION)
+
+    def reference(self, time: float) -> Reference:
+        """Return the reference at rest."""
+        return self.accelerated(time)
 
 
 class MotionPart(Protocol):
@@ -119,7 +124,7 @@ class MotionPart(Protocol):
         """Return the reference at a time since the start [s], with its acceleration."""
 
 
-Part = PlannedPath | Turn
+Part = PlannedPath | Turn | Pause
 
 
 def turn(pose: Pose, angle: float, request: PathRequest, start: float = 0.0) -> Turn:
@@ -264,7 +269,12 @@ def parts_of(route: Route, first: int = 0, heading: float | None = None) -> list
         angle = _by_headings(wrap_angle(start - before), stretch.turn)
         if abs(angle) > _NO_TURN:
             parts.append(turn(Pose(x, y, before), angle, stretch.request))
-        parts.append(timed(stretch.request, stretch.spans, stretch.numbers, backward=stretch.backward))
+        if not parts and first == 0 and stretch.request.waypoints.waits[:1] > (0.0,):
+            parts.append(Pause(Pose(x, y, start), stretch.request.waypoints.waits[0], stretch.backward))
+        for spans, numbers, wait in pieces(stretch):
+            parts.append(timed(stretch.request, spans, numbers, backward=stretch.backward))
+            if wait:
+                parts.append(Pause(parts[-1].accelerated(parts[-1].period).pose, wait, stretch.backward))
         heading = end
     if route.heading is not None and heading is not None and abs(wrap_angle(route.heading - heading)) > _NO_TURN:
         last = route.stretches[-1]

@@ -223,7 +223,7 @@ class _Timeline:
         pose = (before.accelerated(before.period).pose if before is not None else
                 after.accelerated(0.0).pose if after is not None else Pose(*stop.at, 0.0))
         if not stop.turn:
-            self.parts.append(Pause(pose, end - begin))
+            self.parts.append(Pause(pose, end - begin, bool(getattr(before, 'backward', False))))
             return
         angle = stop.turn
         if before is None:
@@ -277,7 +277,7 @@ class _Timeline:
                         section.backward)
             if leave - finish > _INSTANT:
                 last = Drive(shape, Spline(np.full((4, 1), high), 1.0), section.backward)
-                yield Pause(last.accelerated(0.0).pose, leave - finish)
+                yield Pause(last.accelerated(0.0).pose, leave - finish, section.backward)
 
     def _over_time(
         self, ends: tuple[float, float], lengths: tuple[float, float], rests: tuple[bool, bool],

@@ -14,12 +14,13 @@ from mobile_robot_control.system.texts import shortened
 _MEANINGS = {
     'x': 'x', 'y': 'y', **dict.fromkeys(('speed', 'velocity', 'vx'), 'speed'),
     **dict.fromkeys(('heading', 'yaw', 'theta', 'psi'), 'heading'), 'direction': 'direction',
-    **dict.fromkeys(('t', 'time', 'stamp'), 'time'),
+    **dict.fromkeys(('t', 'time', 'stamp'), 'time'), 'wait': 'wait',
     # of racing lines and recordings: they follow from the positions
     **dict.fromkeys(('s', 's_m', 'kappa', 'kappa_radpm', 'ax', 'ax_mps2'), ''),
 }
 """What a column or a key means; '' for nothing that is needed."""
-_TIMED_MEANINGS = _MEANINGS | {'v': 'speed', 'linear_velocity': 'speed', **dict.fromkeys((
+_TIMED_MEANINGS = {name: meaning for name, meaning in _MEANINGS.items() if name != 'wait'} | {
+    'v': 'speed', 'linear_velocity': 'speed', **dict.fromkeys((
     'omega', 'w', 'angular_velocity', 'a', 'acceleration', 'linear_acceleration', 'alpha', 'angular_acceleration',
     'curvature'), '')}
 """What it means in a trajectory, whose velocities and accelerations follow from positions and times."""
@@ -28,7 +29,8 @@ _WIDTH = re.compile(r'(w(_tr)?_(right|left)|width(_(right|left))?)(_m)?')
 _UNITS = {
     **dict.fromkeys(('x', 'y'), ('m', 'metre', 'metres', 'meter', 'meters')),
     'speed': ('m/s', 'mps', 'm/sec', 'm s-1', 'm s^-1', 'ms-1'),
-    'heading': ('rad', 'rads', 'radian', 'radians'), 'time': ('s', 'sec', 'secs', 'second', 'seconds'),
+    'heading': ('rad', 'rads', 'radian', 'radians'),
+    **dict.fromkeys(('time', 'wait'), ('s', 'sec', 'secs', 'second', 'seconds')),
 }
 """The unit of a meaning that has one, in all its spellings."""
 _FOREIGN = ('mm', 'cm', 'dm', 'km', 'ft', 'feet', 'in', 'inch', 'inches', 'yd', 'mi', 'px', 'deg', 'degs', 'degree',
@@ -48,7 +50,7 @@ class Column(NamedTuple):
     name : str
         Without its unit.
     meaning : str
-        x, y, speed, heading, direction, time, or '' for what is not used.
+        x, y, speed, heading, direction, wait, time, or '' for what is not used.
     fault : str
         Why it cannot be used, with the remedy; '' if it can.
     is_told : bool

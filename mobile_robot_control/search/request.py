@@ -202,7 +202,8 @@ class Search:
                   if value not in {'smooth': (0.0,), 'objective': (EQ29,)}.get(name, ())}
         curves = {f"source of the curve '{one.curve}'": CURVES.checksum(one.curve)
                   for one in goal.scenarios if one.curve not in OF_FILES}
-        points = (() if not path else path.points[:2] if isinstance(path, TrajectoryRequest) else path.waypoints[:2])
+        points = (() if not path else path.points[:2] if isinstance(path, TrajectoryRequest) else
+                  (*path.waypoints[:2], *filter(None, [path.waypoints.waits])))
         waypoints = {'waypoints': sha256(repr(points).encode()).hexdigest()[:16]} if path else {}
         velocity = self.parameters.velocity_controller.control.controller_type
         # journals of the PI law lack its name

@@ -185,6 +185,9 @@ def path_of(cart: ReferenceCartParameters) -> PathRequest | tuple[()]:
     if waypoints.frame not in ('', frame):
         raise ParameterError([f"path.file = '{cart.path.file}' is in the frame '{waypoints.frame}', and path_frame is "
                               f"'{frame}'; set path_frame, or transform it"])
+    if waypoints.waits and cart.shared.is_localised:
+        raise ParameterError([f"path.file = '{cart.path.file}' has a column wait, for the frame of odometry alone; "
+                              f"leave it out, or path_frame = '{cart.shared.path_frame}'"])
     return path_request(cart, waypoints)
 
 
