@@ -146,8 +146,8 @@ def _same_points(name: str, first: str, second: str) -> bool:
         return False
     if name == TRAJECTORY_FILE:
         return read_trajectory_once(first)[:2] == read_trajectory_once(second)[:2]
-    one, other = ((points.points, points.speeds, points.waits) for points in map(read_waypoints_once, (first, second)))
-    return one == other
+    here, there = ((points.points, points.speeds, points.waits) for points in map(read_waypoints_once, (first, second)))
+    return here == there
 
 
 def _faults(configuration: Configuration, recorded: LoopMessages) -> Iterator[str]:
