@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from mobile_robot_control.angles import wrap_angle
-from mobile_robot_control.elementary import atan2
+from mobile_robot_control.elementary import atan2, sin_cos
 from mobile_robot_control.model.kinematics import turned_round
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, BodyVelocity, Pose, Reference
@@ -41,6 +41,10 @@ _STANDS = 0.1
 """Share of the largest speed below which a trajectory may begin or end at rest."""
 _ASIDE = math.radians(10.0)
 """Largest difference of a heading from the direction of the motion."""
+_ENDS = 0.01
+"""[m/s]: a faster end of a trajectory is told."""
+_FAR = 20.0
+"""Tolerances between two points whose direction is sure."""
 _INSTANT = 1e-9
 """[s]"""
 
@@ -340,10 +344,32 @@ def plan_trajectory(request: TrajectoryRequest) -> PathMotion:
         If no smooth motion passes its points, it moves sideways or exceeds a limit; with the time and the place.
 
     """
+    timed = request.points
+    if timed.headings and min(timed.headings) == max(timed.headings) and _leads_aside(request):
+        timed = timed._replace(headings=(), ignored=(*timed.ignored, (
+            f'all headings are {timed.headings[0]:.3g} rad, and are not used: the motion leads aside of them')))
+        request = request._replace(points=timed)
     timeline = _Timeline(request)
     motion = PathMotion(timeline.parts, timeline.ignored)
-    _check_headings(motion, request.points)
+    _check_headings(motion, timed)
+    speed = motion.reference(motion.period - _INSTANT).velocity.linear
+    if abs(speed) > _ENDS:
+        motion.ignored += (f'{place_at(timed, timed.times[-1])}: the trajectory ends at {speed:.3g} m/s, and the cart '
+                           'stands from there on',)
     return _within_limits(motion, request)
+
+
+def _leads_aside(request: TrajectoryRequest) -> bool:
+    """Return whether the way leads across the first heading anywhere."""
+    points, last = request.points.points, request.points.points[0]
+    sin, cos = sin_cos(request.points.headings[0])
+    for x, y in points:
+        dx, dy = x - last[0], y - last[1]
+        if dx * dx + dy * dy >= (_FAR * request.trajectory.tolerance) * (_FAR * request.trajectory.tolerance):
+            if abs(cos * dy - sin * dx) > abs(cos * dx + sin * dy):
+                return True
+            last = x, y
+    return False
 
 
 def _within_limits(motion: PathMotion, request: TrajectoryRequest) -> PathMotion:

@@ -103,8 +103,9 @@ def spoilt(figure, number, by):
 
 
 @pytest.mark.parametrize(('points', 'words'), [
-    (points_of(Lemniscate(), 20)._replace(headings=(0.0,) * 321),
-     r't\.csv:2: at t = 0 s, at \(1, 0\): the heading is 0 rad, and the motion leads 1\.6 rad off it'),
+    (points_of(Lemniscate(), 20)._replace(headings=tuple(
+        heading + 0.5 for heading in points_of(Lemniscate(), 20, True).headings)),
+     r't\.csv:2: at t = 0 s, at \(1, 0\): the heading is 2\.07 rad, and the motion leads 0\.5 rad off it'),
     (spoilt(Moves(((1.5, 5.0),)), 47, 0.3),
      r't\.csv:49: at t = 2\.35 s, .*: a smooth motion misses the points by .* m, more than 2 times'),
     (points_of(Moves(), 20)._replace(points=((0.0, 0.0),) * 485),
@@ -129,6 +130,14 @@ def test_a_robot_follows_rounded_points_about_as_well_as_their_exact_curve(tmp_p
         file.write_text(table(points_of(Lemniscate(), rate)))
         found = following_error({'reference_cart.curve': 'trajectory', 'reference_cart.trajectory.file': str(file)})
         assert found < max(1.2 * exact, exact + 0.001)
+
+
+def test_headings_that_are_all_equal_do_not_count_where_the_way_leads_aside():
+    points = points_of(Lemniscate(), 20)
+    motion = plan_trajectory(timed(points._replace(headings=(0.0,) * 321)))
+    assert 'all headings are 0 rad, and are not used' in motion.ignored[0]
+    assert 'the trajectory ends at 0.39' in motion.ignored[1]
+    assert motion.reference(3.0) == plan_trajectory(timed(points)).reference(3.0)
 
 
 LIMITS = Timing(max_linear_velocity=0.5, max_angular_velocity=0.9, max_wheel_torque=0.6)
