@@ -148,10 +148,25 @@ def paths():
                 'reference_cart.curve': 'path', 'reference_cart.path.file': str(file),
                 'reference_cart.path.tolerance': 0.05, **TIMING})))
 
+    def trajectory():
+        # forwards, a rest, and backwards, rounded to millimetres, with a limit that stretches it
+        eased = [share * share * share * (10.0 - share * (15.0 - 6.0 * share))
+                 for share in (n / 100.0 for n in range(101))]
+        ways = [tuple(0.001 * round(1000.0 * x) for x in (0.4 * place, 0.2 * elementary.sin(3.0 * place)))
+                for place in eased]
+        points = ways + [ways[-1]] * 30 + ways[::-1]
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, 'trajectory.csv')
+            file.write_text('t,x,y\n' + ''.join(f'{0.02 * n!r},{x!r},{y!r}\n' for n, (x, y) in enumerate(points)))
+            return list(found(ParameterSources().with_values({
+                'reference_cart.curve': 'trajectory', 'reference_cart.trajectory.file': str(file),
+                'reference_cart.trajectory.stretch': True, 'reference_cart.timing.max_linear_velocity': 0.15})))
+
     for name in ('rectangle', 'parking'):
         yield f'path {name}', partial(found, ParameterSources().with_files(str(CONFIG / 'paths' / f'{name}.yaml')))
     for n in range(4):
         yield f'path drawn {n}', partial(drawn, n)
+    yield 'trajectory', trajectory
 
 
 def searches():

@@ -13,9 +13,10 @@ from mobile_robot_control.messages.mcap_stream import RESET, BagError, Change
 from mobile_robot_control.parameters.declaration import ParameterError, check_value, declarations, flatten
 from mobile_robot_control.quantities import LARGEST, period_nanoseconds
 from mobile_robot_control.reference.path_parameters import NO_FILE
+from mobile_robot_control.reference.trajectory_files import read_trajectory_once
 from mobile_robot_control.reference.waypoint_files import read_waypoints_once
 from mobile_robot_control.settings.configure import ParameterSources, configure
-from mobile_robot_control.settings.files import PATH_FILE, load
+from mobile_robot_control.settings.files import FILES, TRAJECTORY_FILE, load
 from mobile_robot_control.settings.nodes import NODES, PACE, Configuration, loop_of
 from mobile_robot_control.system.texts import shortened
 from mobile_robot_control.topics import CORRECTION, DISTURBANCE, GOAL, LAW_FILE, MOST_EVENTS, PATH_TOPIC, required
@@ -139,7 +140,7 @@ def _configuration(
         f'{node}.{name} = {value} is asked for, and the bag was recorded with {before}; leave it out'
         for (node, ours), theirs in zip(chosen._asdict().items(), recorded, strict=True)
         for (name, value), before in zip(flatten(ours).items(), flatten(theirs).values(), strict=True)
-        if value != before and name not in _FREE and not (name == PATH_FILE and _same_waypoints(value, before))]
+        if value != before and name not in _FREE and not (name in FILES and _same_points(name, value, before))]
     if not recorded.plant.shared.lockstep:
         differing.append('it was recorded on the wall clock, where no stamp tells when a change acted; only runs in '
                          'lockstep can be replayed')
@@ -148,11 +149,14 @@ def _configuration(
     return chosen
 
 
-def _same_waypoints(first: str, second: str) -> bool:
-    """Return whether two files have the same waypoints; an experiment stores a copy."""
+def _same_points(name: str, first: str, second: str) -> bool:
+    """Return whether two files of a parameter have the same points; an experiment stores a copy."""
     if NO_FILE in (first, second):
         return False
-    return read_waypoints_once(first)[:2] == read_waypoints_once(second)[:2]
+    if name == TRAJECTORY_FILE:
+        return read_trajectory_once(first)[:2] == read_trajectory_once(second)[:2]
+    here, there = ((points.points, points.speeds, points.waits) for points in map(read_waypoints_once, (first, second)))
+    return here == there
 
 
 def _faults(configuration: Configuration, recorded: LoopMessages) -> Iterator[str]:

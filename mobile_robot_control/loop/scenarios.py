@@ -19,8 +19,8 @@ from mobile_robot_control.model.robot import Robot
 from mobile_robot_control.parameters.declaration import ParameterError, build, flatten
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.course import make_course
-from mobile_robot_control.reference.curves import PATH
-from mobile_robot_control.settings.nodes import Configuration, course_of, path_of
+from mobile_robot_control.reference.curves import OF_FILES
+from mobile_robot_control.settings.nodes import Configuration, course_of, request_of
 from mobile_robot_control.trees import replacing
 
 ONE_RUN = 1e9
@@ -173,7 +173,7 @@ def make_scene(configuration: Configuration, scenario: Scenario, laps: float, la
     """Make the scene of a scenario: its curve, scale, delay and robot; see `scenario_trial`."""
     cart = configuration.reference_cart
     placement = cart.curve.placement._replace(scale=scenario.scale)
-    course = make_course(scenario.curve, placement, path_of(cart) if scenario.curve == PATH else ())
+    course = make_course(scenario.curve, placement, request_of(cart) if scenario.curve in OF_FILES else ())
     varied = with_robot(configuration, scenario.robot) if scenario.robot else configuration
     shared = varied.plant.shared
     model = delayed_model(varied.plant.model, scenario, 1.0 / shared.velocity_rate)
@@ -183,7 +183,7 @@ def make_scene(configuration: Configuration, scenario: Scenario, laps: float, la
     trial = prepared._replace(
         curve=scenario.curve,
         placement=placement,
-        path=prepared.path if scenario.curve == PATH else (),
+        path=prepared.path if scenario.curve in OF_FILES else (),
         loop=loop._replace(velocity=loop.velocity._replace(nominal=configuration.plant.shared.robot)),
     )
     return Scene(trial, plant_values(*true_robot(shared.robot, model), plant_grid(configuration).velocity),
@@ -266,7 +266,7 @@ def scenario_configuration(configuration: Configuration, scenario: Scenario) -> 
     varied = with_robot(configuration, scenario.robot) if scenario.robot else configuration
     cart, shared, model = varied.reference_cart, varied.plant.shared, varied.plant.model
     placement = cart.curve.placement._replace(scale=scenario.scale)
-    curve = cart.curve if scenario.curve == PATH else cart.curve._replace(curve=scenario.curve, placement=placement)
+    curve = cart.curve if scenario.curve in OF_FILES else cart.curve._replace(curve=scenario.curve, placement=placement)
     model = delayed_model(model, scenario, 1.0 / shared.velocity_rate)
     model = model._replace(mass_factor=model.mass_factor * scenario.mass,
                            friction_factor=model.friction_factor * scenario.friction)
@@ -275,6 +275,6 @@ def scenario_configuration(configuration: Configuration, scenario: Scenario) -> 
                            plant=scene.plant._replace(model=model))
     if scenario.start is None:
         return scene
-    course = make_course(scenario.curve, placement, path_of(cart) if scenario.curve == PATH else ())
+    course = make_course(scenario.curve, placement, request_of(cart) if scenario.curve in OF_FILES else ())
     start = map(operator.add, course.reference(0.0).pose, scenario.start)
     return scene._replace(plant=scene.plant._replace(initial_pose=tuple(start)))

@@ -42,7 +42,7 @@ from mobile_robot_control.quantities import (
     WheelTorque,
     period_nanoseconds,
 )
-from mobile_robot_control.settings.nodes import Configuration, has_exact_odometry
+from mobile_robot_control.settings.nodes import Configuration, has_exact_odometry, has_turns
 
 
 class Form(NamedTuple):
@@ -225,7 +225,7 @@ def form_of(configuration: Configuration) -> Form:
     shared = configuration.plant.shared
     return Form(plant_form(configuration.plant.model), configuration.position_controller.compensate_latency,
                 shared.stamps_samples, shared.reference_horizon, shared.feedforward.enabled,
-                configuration.reference_cart.path.uses_headings,
+                has_turns(configuration.reference_cart),
                 pulses=any(configuration.position_controller.control.dead_zone))
 
 

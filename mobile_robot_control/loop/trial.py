@@ -42,7 +42,7 @@ from mobile_robot_control.quantities import Pose, Reference, WheelTorque, period
 from mobile_robot_control.reference.cart import Placement
 from mobile_robot_control.reference.course import Course
 from mobile_robot_control.reference.led_course import driven_course
-from mobile_robot_control.settings.nodes import Configuration, correction_schedule, path_of
+from mobile_robot_control.settings.nodes import Configuration, correction_schedule, request_of
 
 _NOTHING, _UNVARIED = Totals(), Variation()
 _NO_TORQUE = WheelTorque(0.0, 0.0)
@@ -70,8 +70,8 @@ class Trial(NamedTuple):
         The step from which the late totals count.
     form : Form
         Choice of functions in the loop.
-    path : PathRequest or tuple
-        Path of the cart; () for a curve.
+    path : PathRequest, TrajectoryRequest or tuple
+        Of the cart; () for a curve.
     schedule : CorrectionSchedule or tuple
         Of corrections by a localisation; () for none.
     """
@@ -188,7 +188,7 @@ def make_trial(configuration: Configuration, duration: float, late: float = 0.0)
         steps=round(duration * shared.velocity_rate),
         ratio=period_nanoseconds(shared.position_rate) // period_nanoseconds(shared.velocity_rate),
         late=round(late * shared.velocity_rate), form=form_of(configuration),
-        path=path_of(configuration.reference_cart), schedule=correction_schedule(configuration.reference_cart),
+        path=request_of(configuration.reference_cart), schedule=correction_schedule(configuration.reference_cart),
         velocity_law=configuration.velocity_controller.control.controller_type)
 
 

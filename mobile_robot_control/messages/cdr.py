@@ -203,6 +203,19 @@ def _path(order: _Order, data: bytes) -> Path:
     return Path(header, poses)
 
 
+def path_stamps(data: bytes) -> list[int]:
+    """Return the stamps of the poses of a nav_msgs/Path in plain CDR that `deserialise` reads [ns]."""
+    order = _ORDERS[data[:2]]
+    count, at = _count(order, data, _header(order, data)[1])
+    stamps = []
+    for _ in range(count):
+        at = aligned(at, 4)
+        seconds, nanoseconds = order.duration.unpack_from(data, at)
+        stamps.append(seconds * NANOSECONDS + nanoseconds)
+        at = aligned(_text(order, data, at + order.duration.size)[1], 8) + order.seven.size
+    return stamps
+
+
 def _pose_stamped(order: _Order, data: bytes) -> PoseStamped:
     header, at = _header(order, data)
     x, y, z, qx, qy, qz, qw = order.seven.unpack_from(data, aligned(at, 8))

@@ -9,7 +9,7 @@ from mobile_robot_control.elementary import atan2, sin_cos
 from mobile_robot_control.jit import jitable
 from mobile_robot_control.parameters.declaration import INLINE, Field, rule
 from mobile_robot_control.quantities import LARGEST, NO_ACCELERATION, BodyAcceleration, BodyVelocity, Pose, Reference
-from mobile_robot_control.reference.curves import CURVES, PATH, CurveFunction, CurvePoint
+from mobile_robot_control.reference.curves import CURVES, OF_FILES, PATH, TRAJECTORY, CurveFunction, CurvePoint
 
 _DS = 1e-5
 """[rad]: step of the difference of the cart's angular acceleration."""
@@ -40,23 +40,24 @@ class Placement(NamedTuple):
 
 
 class _Choices(Collection[str]):
-    """The names of the curves, and of the path."""
+    """The names of the curves, and of the courses of files."""
 
     def __contains__(self, name: object) -> bool:
-        return name == PATH or name in CURVES
+        return name in OF_FILES or name in CURVES
 
     def __iter__(self) -> Iterator[str]:
-        return iter((*CURVES, PATH))
+        return iter((*CURVES, *OF_FILES))
 
     def __len__(self) -> int:
-        return len(CURVES) + 1
+        return len(CURVES) + len(OF_FILES)
 
 
 class CurveParameters(NamedTuple):
     """The curve that the reference cart drives, and its placement."""
 
     curve: Annotated[
-        str, Field('', f'the curve, or {PATH} for waypoints{_NEXT_RUN}', choices=_Choices(), live=True)
+        str, Field('', f'the curve, {PATH} for waypoints, or {TRAJECTORY} for points with times{_NEXT_RUN}',
+                   choices=_Choices(), live=True)
     ] = 'trifolium'
     placement: Annotated[Placement, INLINE] = Placement()
 
@@ -219,7 +220,7 @@ def too_fast_to_send(curve: CurveParameters) -> Iterator[str]:
 @rule
 def _lap_can_be_followed(curve: CurveParameters) -> Iterator[str]:
     """Refuse a cart without a heading, or beyond the bounds of messages: its run would wait for ever."""
-    if curve.curve == PATH:
+    if curve.curve in OF_FILES:
         return
     placement, unfit = curve.placement, _failure(curve) or _standstill(curve)
     if unfit:

@@ -7,6 +7,9 @@ from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Pose,
 from mobile_robot_control.reference.cart import Placement, accelerated_at, reference_at
 from mobile_robot_control.reference.curves import CURVES, CurveFunction
 from mobile_robot_control.reference.path_parameters import PathRequest
+from mobile_robot_control.reference.trajectory_parameters import TrajectoryRequest
+
+FileRequest = PathRequest | TrajectoryRequest
 
 
 class Course(Protocol):
@@ -96,10 +99,14 @@ class Standing(NamedTuple):
         return self.reference(time)
 
 
-def make_course(curve: str, placement: Placement, path: PathRequest | tuple[()]) -> Course:
-    """Return the course of the cart: the requested path if there is one, else a curve of CURVES."""
+def make_course(curve: str, placement: Placement, path: FileRequest | tuple[()]) -> Course:
+    """Return the course of the cart: the requested path or trajectory if there is one, else a curve of CURVES."""
     if not path:
         return CurveCourse(CURVES[curve], placement)
+    if isinstance(path, TrajectoryRequest):
+        from mobile_robot_control.reference.trajectory import plan_trajectory  # noqa: PLC0415 (as below)
+
+        return plan_trajectory(path)
     from mobile_robot_control.reference.motion import plan  # noqa: PLC0415 (nodes without a path need no NumPy)
 
     return plan(path)

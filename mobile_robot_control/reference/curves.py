@@ -11,6 +11,10 @@ from mobile_robot_control.system.texts import located_error
 
 PATH = 'path'
 """Stands for a curve's name: waypoints give the course."""
+TRAJECTORY = 'trajectory'
+"""Stands for a curve's name: points with times give the course."""
+OF_FILES = (PATH, TRAJECTORY)
+"""Courses that begin, end and have no placement."""
 
 
 class CurvePoint(NamedTuple):

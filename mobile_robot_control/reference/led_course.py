@@ -17,7 +17,7 @@ from mobile_robot_control.quantities import (
     Reference,
 )
 from mobile_robot_control.reference.cart import Placement
-from mobile_robot_control.reference.course import Course, CurveCourse, make_course
+from mobile_robot_control.reference.course import Course, CurveCourse, FileRequest, make_course
 from mobile_robot_control.reference.localisation import (
     SAME,
     Corrections,
@@ -27,6 +27,7 @@ from mobile_robot_control.reference.localisation import (
     inverse,
 )
 from mobile_robot_control.reference.path_parameters import PathRequest
+from mobile_robot_control.reference.trajectory_parameters import TrajectoryRequest
 from mobile_robot_control.reference.waypoints import Waypoints
 
 _BLEND = 1.5
@@ -169,21 +170,22 @@ def led_over(
     return lead_over(route, course.accelerated(time), course.rest(time)), True
 
 
-def course_at(curve: str, placement: Placement, path: PathRequest | tuple[()], correction: Pose) -> Course:
+def course_at(curve: str, placement: Placement, path: FileRequest | tuple[()], correction: Pose) -> Course:
     """Return the course of `make_course` where a correction has placed it, in the frame of odometry."""
+    assert not isinstance(path, TrajectoryRequest)  # noqa: S101 (for mypy: a trajectory is in the frame of odometry)
     moved = path and path._replace(waypoints=waypoints_in_odometry(path.waypoints, correction))
     return make_course(curve, placement_in_odometry(placement, correction), moved)
 
 
 def driven_course(
-    curve: str, placement: Placement, path: PathRequest | tuple[()], schedule: CorrectionSchedule | tuple[()]
+    curve: str, placement: Placement, path: FileRequest | tuple[()], schedule: CorrectionSchedule | tuple[()]
 ) -> Course:
     """Return the course of `make_course`, led by the drawn corrections, if there are any."""
     return _led(curve, placement, path, schedule) if schedule else make_course(curve, placement, path)
 
 
 @lru_cache(maxsize=32)
-def _led(curve: str, placement: Placement, path: PathRequest | tuple[()], schedule: CorrectionSchedule) -> Course:
+def _led(curve: str, placement: Placement, path: FileRequest | tuple[()], schedule: CorrectionSchedule) -> Course:
     # one for all trials that have it, since it plans as it goes
     return LedCourse(make_course(curve, placement, path), path, schedule)
 
@@ -203,7 +205,7 @@ class LedCourse:
 
     """
 
-    def __init__(self, course: Course, request: PathRequest | tuple[()], schedule: CorrectionSchedule) -> None:
+    def __init__(self, course: Course, request: FileRequest | tuple[()], schedule: CorrectionSchedule) -> None:
         self._given, self._request = course, request
         self.period, self.size, self.closed = course.period, course.size, course.closed
         self._drawn, self._corrections = RandomCorrections(schedule.localisation), Corrections()
@@ -226,6 +228,7 @@ class LedCourse:
             if correction is None or (self._request and time >= course.period):
                 continue
             with suppress(ParameterError):
+                assert not isinstance(self._request, TrajectoryRequest)  # noqa: S101 (as above)
                 following, is_new = led_over(course, self._request, correction, time, self._given)
                 self._corrections.used = correction
                 self._times.append(then)

@@ -5,7 +5,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from functools import lru_cache
 from itertools import accumulate, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from mobile_robot_control.quantities import NO_ACCELERATION, BodyAcceleration, B
 from mobile_robot_control.reference.path_parameters import PathRequest
 from mobile_robot_control.reference.path_shape import Floats
 from mobile_robot_control.reference.planned_path import PlannedPath, Timed, timed
-from mobile_robot_control.reference.stretches import Route, polyline, route_of
+from mobile_robot_control.reference.stretches import Route, pieces, polyline, route_of
 from mobile_robot_control.reference.timing import Intervals, Profile, StuckError, fastest
 
 _INTERVALS = 64
@@ -78,7 +78,53 @@ class Turn(Timed):
         return turned, sign * max(0.0, speed + acceleration * dt), sign * acceleration
 
 
-Part = PlannedPath | Turn
+class Pause(NamedTuple):
+    """A rest at a pose, for a period [s], of a cart that drove backwards before it, or forwards."""
+
+    pose: Pose
+    period: float
+    backward: bool = False
+    length: float = 0.0
+    limit: tuple[str, ...] = ('',)
+
+    @property
+    def times(self) -> Floats:
+        """Of its start and its end [s]."""
+        return np.array([0.0, self.period])
+
+    def accelerated(self, _time: float) -> Reference:
+        """Return the reference at rest."""
+        return Reference(self.pose, BodyVelocity(-0.0 if self.backward else 0.0, 0.0), NO_ACCELERATION)
+
+    def reference(self, time: float) -> Reference:
+        """Return the reference at rest."""
+        return self.accelerated(time)
+
+
+class MotionPart(Protocol):
+    """A part of a motion: its period [s], the times of its points and the limits between them, and its length [m]."""
+
+    @property
+    def period(self) -> float:
+        """[s]."""
+
+    @property
+    def length(self) -> float:
+        """[m]."""
+
+    @property
+    def times(self) -> Floats:
+        """Of its points [s]."""
+
+    @property
+    def limit(self) -> Sequence[str]:
+        """The active limit of each interval."""
+
+    def accelerated(self, time: float) -> Reference:
+        """Return the reference at a time since the start [s], with its acceleration."""
+
+
+Part = PlannedPath | Turn | Pause
 
 
 def turn(pose: Pose, angle: float, request: PathRequest, start: float = 0.0) -> Turn:
@@ -119,7 +165,7 @@ class PathMotion:
 
     Parameters
     ----------
-    parts : sequence of PlannedPath or Turn
+    parts : sequence of MotionPart
         At least one.
     ignored : tuple of str
         What of the waypoints is not used, such as headings, in words.
@@ -141,8 +187,9 @@ class PathMotion:
 
     size, closed = 1.0, False
 
-    def __init__(self, parts: Sequence[Part], ignored: tuple[str, ...] = ()) -> None:
-        self.parts, self.ignored = tuple(parts), ignored
+    def __init__(self, parts: Sequence[MotionPart], ignored: tuple[str, ...] = ()) -> None:
+        self.parts: tuple[Any, ...] = tuple(parts)
+        self.ignored = ignored
         *self.begins, self.period = accumulate((part.period for part in parts), initial=0.0)
         self.length = math.fsum(part.length for part in parts)
         self.limit = [name for part in parts for name in part.limit]
@@ -156,13 +203,15 @@ class PathMotion:
     def accelerated(self, time: float) -> Reference:
         """Return the reference at a time since the start [s], with its acceleration."""
         n = self._number(time)
-        reference = self.parts[n].accelerated(time - self.begins[n])
+        reference: Reference = self.parts[n].accelerated(time - self.begins[n])
         if any(reference.velocity) or not 0.0 < time < self.period:
             return reference
         # between two parts: the cart does not stand there, as one that waits does
         following = self._number(time + _INSTANT)
         at_start = following > n or time - self.begins[n] < _INSTANT
-        return self.parts[following].accelerated(_INSTANT) if at_start else reference
+        if at_start:
+            reference = self.parts[following].accelerated(_INSTANT)
+        return reference
 
     def rest(self, time: float) -> 'Rest':
         """Return the motion after a time since the start [s]."""
@@ -220,7 +269,12 @@ def parts_of(route: Route, first: int = 0, heading: float | None = None) -> list
         angle = _by_headings(wrap_angle(start - before), stretch.turn)
         if abs(angle) > _NO_TURN:
             parts.append(turn(Pose(x, y, before), angle, stretch.request))
-        parts.append(timed(stretch.request, stretch.spans, stretch.numbers, backward=stretch.backward))
+        if not parts and first == 0 and stretch.request.waypoints.waits[:1] > (0.0,):
+            parts.append(Pause(Pose(x, y, start), stretch.request.waypoints.waits[0], stretch.backward))
+        for spans, numbers, wait in pieces(stretch):
+            parts.append(timed(stretch.request, spans, numbers, backward=stretch.backward))
+            if wait:
+                parts.append(Pause(parts[-1].accelerated(parts[-1].period).pose, wait, stretch.backward))
         heading = end
     if route.heading is not None and heading is not None and abs(wrap_angle(route.heading - heading)) > _NO_TURN:
         last = route.stretches[-1]

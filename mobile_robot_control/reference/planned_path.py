@@ -119,7 +119,7 @@ class PlannedPath(Timed):
         self.size, self.closed = 1.0, False
         # arrays, which can be sent to other processes without conversion
         self._spans = np.array([(*span.x, *span.y) for span in spans])
-        self._rows = np.stack([grid.u[:, 0], *_way(grid), self.speeds[:-1], self.accelerations], axis=1)
+        self._rows = np.stack([grid.u[:, 0], *way_of_grid(grid), self.speeds[:-1], self.accelerations], axis=1)
 
     def accelerated(self, time: float) -> Reference:
         """Return the reference at a time since the start [s], with its acceleration."""
@@ -157,7 +157,7 @@ class PlannedPath(Timed):
         return n, u + length * (u1 + length * (u2 + length * u3)), dt, speed, acceleration
 
 
-def _way(grid: PathGrid) -> tuple[Floats, Floats, Floats]:
+def way_of_grid(grid: PathGrid) -> tuple[Floats, Floats, Floats]:
     """Return the cubics of u over the path's length with u and its rate at both ends of each interval."""
     h, du = grid.length, grid.u[:, 1] - grid.u[:, 0]
     before, after = grid.rate[:, 0], grid.rate[:, 1]

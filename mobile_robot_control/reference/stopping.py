@@ -54,6 +54,7 @@ def stop(rest: Rest, request: PathRequest, before: Reference) -> PathMotion:
         if isinstance(present, Turn):
             stopped: Part | None = _stopped_turn(present, rest.time, limits, before)
         else:
+            assert isinstance(present, PlannedPath)  # noqa: S101 (for mypy: the cart moves)
             stopped = _stop(present.remaining(rest.time), limits, abs(before.velocity.linear), present.backward)
         if stopped is not None:
             return PathMotion([stopped])

@@ -15,8 +15,8 @@ from mobile_robot_control.reference.path_shape import Point, Span, control_point
 from mobile_robot_control.reference.polyline import Follower
 from mobile_robot_control.reference.waypoints import SAME, Waypoints
 
-PARTS = 4
-"""Segments of a polyline for each span of a path."""
+PARTS, _FINE = 4, 32
+"""Segments of a polyline for each span of a path, and where the place of a rest is sought."""
 _ALONG = math.radians(45.0)
 """Largest difference of a heading from the path's, or from its opposite."""
 
@@ -111,9 +111,12 @@ def route_of(request: PathRequest, facing: float | None = None, *, drives: bool 
     path, goal = request.path, _goal(request) if request.path.goal_heading else None
     if path.turn_back == REFUSE:
         _refuse_turns(request)
+        if path.closed and request.waypoints.waits:
+            # a lap with a rest begins and ends with one
+            request = _opened(request, path.laps)
         return Route([_whole(request)], goal)
     if path.closed:
-        if not _splits(_opened(request, 1)):
+        if not request.waypoints.waits and not _splits(_opened(request, 1)):
             with suppress(TurnsBackError):
                 return Route([_stretch(request)], goal)
         request = _opened(request, path.laps)
@@ -198,7 +201,8 @@ def _opened(request: PathRequest, laps: int) -> PathRequest:
 
     return request._replace(path=request.path._replace(closed=False, laps=1), waypoints=waypoints._replace(
         points=again(waypoints.points), speeds=again(waypoints.speeds), places=again(waypoints.places),
-        headings=again(waypoints.headings), turns=again(waypoints.turns), directions=again(waypoints.directions)))
+        headings=again(waypoints.headings), turns=again(waypoints.turns), directions=again(waypoints.directions),
+        waits=again(waypoints.waits)))
 
 
 def _splits(request: PathRequest) -> list[int]:
@@ -240,6 +244,44 @@ def _control_of(request: PathRequest) -> list[tuple[Point, int]]:
     ends = [number for _, number in control[1:]] + [len(points) - 1]
     return [(point, min(range(first, end + 1), key=waypoints.speeds.__getitem__))
             for (point, first), end in zip(control, ends, strict=True)]
+
+
+def pieces(stretch: Stretch) -> list[tuple[list[Span], list[int], float]]:
+    """Return spans and numbers of a stretch between its waypoints with a rest, and the rest after each [s]."""
+    waypoints = stretch.request.waypoints
+    if not any(waypoints.waits):
+        return [(stretch.spans, stretch.numbers, 0.0)]
+    way = polyline(stretch.spans, _FINE)
+    follower, before, divided = Follower(way, 0.0), way[0], []
+    begin = 0.0
+    for waypoint, (point, wait) in enumerate(zip(waypoints.points, waypoints.waits, strict=True)):
+        follower.distance(point, dist(before, point))
+        before = point
+        start, end = way[follower.place:follower.place + 2]
+        dx, dy = end[0] - start[0], end[1] - start[1]
+        share = min(max(((point[0] - start[0]) * dx + (point[1] - start[1]) * dy) / max(dx * dx + dy * dy, SAME * SAME),
+                        0.0), 1.0)
+        at = (follower.place + share) / _FINE
+        if not wait or waypoint in (0, len(waypoints.points) - 1):
+            continue
+        divided.append(_between(stretch, begin, at, wait))
+        begin = at
+    divided.append(_between(stretch, begin, float(len(stretch.spans)), waypoints.waits[-1]))
+    return divided
+
+
+def _between(stretch: Stretch, start: float, end: float, wait: float) -> tuple[list[Span], list[int], float]:
+    """Return the spans of a stretch between two places, their numbers, and the rest after them [s]."""
+    # no rest of a span that is too short to have a direction
+    first, last = int(start + SAME), math.ceil(end - SAME) - 1
+    begin, until = max(0.0, start - first), min(1.0, end - last)
+    spans = stretch.spans[first:last + 1]
+    # from the end on: what is left of a span that is cut twice
+    if until < 1.0:
+        spans[-1] = spans[-1].until(until)
+    if begin > 0.0:
+        spans[0] = spans[0].after(begin / until if first == last else begin)
+    return spans, stretch.numbers[first:last + 1], wait
 
 
 def polyline(spans: Sequence[Span], parts: int = PARTS) -> list[Point]:

@@ -14,16 +14,23 @@ from mobile_robot_control.system.texts import shortened
 _MEANINGS = {
     'x': 'x', 'y': 'y', **dict.fromkeys(('speed', 'velocity', 'vx'), 'speed'),
     **dict.fromkeys(('heading', 'yaw', 'theta', 'psi'), 'heading'), 'direction': 'direction',
-    **dict.fromkeys(('t', 'time', 'stamp'), 'time'),
+    **dict.fromkeys(('t', 'time', 'stamp'), 'time'), 'wait': 'wait',
     # of racing lines and recordings: they follow from the positions
     **dict.fromkeys(('s', 's_m', 'kappa', 'kappa_radpm', 'ax', 'ax_mps2'), ''),
 }
 """What a column or a key means; '' for nothing that is needed."""
+_TIMED_MEANINGS = {name: meaning for name, meaning in _MEANINGS.items() if name != 'wait'} | {
+    'v': 'speed', 'linear_velocity': 'speed', **dict.fromkeys((
+    'omega', 'w', 'angular_velocity', 'a', 'acceleration', 'linear_acceleration', 'alpha', 'angular_acceleration',
+    'curvature'), '')}
+"""What it means in a trajectory, whose velocities and accelerations follow from positions and times."""
+_SIDEWAYS = ('vy', 'velocity_y', 'ay')
 _WIDTH = re.compile(r'(w(_tr)?_(right|left)|width(_(right|left))?)(_m)?')
 _UNITS = {
     **dict.fromkeys(('x', 'y'), ('m', 'metre', 'metres', 'meter', 'meters')),
     'speed': ('m/s', 'mps', 'm/sec', 'm s-1', 'm s^-1', 'ms-1'),
-    'heading': ('rad', 'rads', 'radian', 'radians'), 'time': ('s', 'sec', 'secs', 'second', 'seconds'),
+    'heading': ('rad', 'rads', 'radian', 'radians'),
+    **dict.fromkeys(('time', 'wait'), ('s', 'sec', 'secs', 'second', 'seconds')),
 }
 """The unit of a meaning that has one, in all its spellings."""
 _FOREIGN = ('mm', 'cm', 'dm', 'km', 'ft', 'feet', 'in', 'inch', 'inches', 'yd', 'mi', 'px', 'deg', 'degs', 'degree',
@@ -43,7 +50,7 @@ class Column(NamedTuple):
     name : str
         Without its unit.
     meaning : str
-        x, y, speed, heading, direction, time, or '' for what is not used.
+        x, y, speed, heading, direction, wait, time, or '' for what is not used.
     fault : str
         Why it cannot be used, with the remedy; '' if it can.
     is_told : bool
@@ -57,23 +64,27 @@ class Column(NamedTuple):
     is_told: bool = False
 
 
-def column_of(header: str) -> Column:
-    """Return what a name says, with its unit in brackets or as in `x_m`."""
+def column_of(header: str, timed: bool = False) -> Column:
+    """Return what a name says, with its unit in brackets or as in `x_m`; in a trajectory, if timed."""
+    meanings = _TIMED_MEANINGS if timed else _MEANINGS
     told = f"'{shortened(header, 40)}'"
     begin = min((at for at in map(header.find, '([') if at >= 0), default=len(header))
     name, unit = header[:begin].strip().lower(), header[begin:].strip(' ()[]').lower()
     base, _, suffix = name.rpartition('_')
-    if not unit and base in _MEANINGS and name not in _MEANINGS and is_unit(suffix):
+    if not unit and base in meanings and name not in meanings and is_unit(suffix):
         name, unit = base, suffix
     if _WIDTH.fullmatch(name):
         return Column(name, '', is_told=True)
-    if name not in _MEANINGS:
+    if timed and name in _SIDEWAYS:
+        return Column(name, '', f'{told} is of a robot that moves sideways, and one with two wheels does not; leave it '
+                                'out, and take v or vx for the velocity along the heading')
+    if name not in meanings:
         return Column(name, '', f'{told} is not understood; leave it out, or name it x, y, speed, heading or direction')
-    meaning = _MEANINGS[name]
+    meaning = meanings[name]
     units = _UNITS.get(meaning, ())
     if not units or not unit or unit in units:
         return Column(name, meaning)
-    if meaning == 'time':
+    if meaning == 'time' and not timed:
         return Column(name, '', is_told=True)
     return Column(name, meaning, f'{told} has the unit {shortened(unit, 20)}; convert it to {units[0]}, and name it '
                                  f'{name} [{units[0]}]')

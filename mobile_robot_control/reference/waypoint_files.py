@@ -29,7 +29,7 @@ _FORMATS = {
 }
 """What a file is that begins with a character, and the remedy."""
 
-_Row = tuple[int, Mapping[str, Any]]
+Row = tuple[int, Mapping[str, Any]]
 """The line of an entry, and its texts by meaning; {} for what is no entry."""
 
 
@@ -56,27 +56,35 @@ def read_waypoints(file: str | Path) -> Waypoints:
         With file and line.
 
     """
-    source = str(file)
-    try:
-        content = read_bounded(Path(file), WAYPOINTS).decode('utf-8-sig')
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
-        raise ParameterError([f'{source}: cannot be read ({reason}); name a file of waypoints']) from error
+    source, content = str(file), read_text(file)
     is_yaml, begin = Path(file).suffix in YAML_SUFFIXES, content.lstrip()[:1]
     if begin in _FORMATS and not (is_yaml and begin != '<'):
         raise ParameterError([f'{source}: {_FORMATS[begin]}'])
-    frame, ignored = '', list[str]()
-    if is_yaml:
-        rows, frame = _yaml_rows(content, source)
-    else:
-        rows = list(_table_rows(content, source, ignored))
+    rows, frame, ignored = rows_of(content, source, is_yaml)
     waypoints = checked_waypoints([(f'{source}:{line}', row) for line, row in rows], source)
     refuse_degrees(waypoints)
     return waypoints._replace(frame=frame, duration=_duration(rows), ignored=tuple(
         f'{source}: the column {shortened(name, 40)} is not used' for name in ignored))
 
 
-def _duration(rows: Sequence[_Row]) -> float:
+def read_text(file: str | Path) -> str:
+    """Return the text of a file of waypoints; raise ParameterError if it has none."""
+    try:
+        return read_bounded(Path(file), WAYPOINTS).decode('utf-8-sig')
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, 'strerror', None) or 'not a text in UTF-8'
+        raise ParameterError([f'{file}: cannot be read ({reason}); name a file of waypoints']) from error
+
+
+def rows_of(content: str, source: str, is_yaml: bool, timed: bool = False) -> tuple[list[Row], str, list[str]]:
+    """Return the rows of a text, the frame that it names, and its columns that are not used."""
+    ignored: list[str] = []
+    if is_yaml:
+        return *_yaml_rows(content, source, timed), ignored
+    return list(_table_rows(content, source, ignored, timed)), '', ignored
+
+
+def _duration(rows: Sequence[Row]) -> float:
     """Return the time from the first row to the last [s]; 0 without two times that are numbers."""
     times = [str(row.get('time', '')) for row in (rows[0][1], rows[-1][1])]
     if not all(map(_is_number, times)):
@@ -106,7 +114,7 @@ def _fields(line: str) -> list[str]:
     return [part.strip(' \t"\'') for part in parts]
 
 
-def _table_rows(table: str, source: str, ignored: list[str]) -> Iterator[_Row]:
+def _table_rows(table: str, source: str, ignored: list[str], timed: bool) -> Iterator[Row]:
     """Yield line number and texts of each row of a table; add the columns that are not used."""
     meanings: list[str] = []
     names: list[str] = []
@@ -124,21 +132,22 @@ def _table_rows(table: str, source: str, ignored: list[str]) -> Iterator[_Row]:
             continue
         elif len(header) == len(names) and all(map(is_unit, header)):
             # a line of units below the names
-            _understood([f'{name} [{unit.strip("()[]")}]' for name, unit in zip(names, header, strict=True)], place)
-        elif any(fields) or (not headed and _names_columns(header)):
+            _understood([f'{name} [{unit.strip("()[]")}]' for name, unit in zip(names, header, strict=True)], place,
+                        timed)
+        elif any(fields) or (not headed and _names_columns(header, timed)):
             names, headed = header, any(fields)
-            meanings, ignored[:] = _understood(header, place)
+            meanings, ignored[:] = _understood(header, place, timed)
 
 
-def _names_columns(fields: Sequence[str]) -> bool:
+def _names_columns(fields: Sequence[str], timed: bool) -> bool:
     """Return whether a line, perhaps in a comment, names the columns of a path."""
-    meanings = [column_of(field) for field in fields]
+    meanings = [column_of(field, timed) for field in fields]
     return {'x', 'y'} <= {one.meaning for one in meanings} or any(one.name in _GEOGRAPHIC for one in meanings)
 
 
-def _understood(fields: Sequence[str], place: str) -> tuple[list[str], list[str]]:
+def _understood(fields: Sequence[str], place: str, timed: bool) -> tuple[list[str], list[str]]:
     """Return the meanings of named columns, '' for one that is not used, and those of which their owner hears that."""
-    columns = [column_of(field) for field in fields]
+    columns = [column_of(field, timed) for field in fields]
     if any(one.name in _GEOGRAPHIC for one in columns):
         raise ParameterError([f'{place}: {",".join(one.name for one in columns)} are geographic coordinates; convert '
                               'them to x,y in metres, in the odometry frame'])
@@ -162,7 +171,7 @@ def _is_number(field: str) -> bool:
     return True
 
 
-def _yaml_rows(content: str, source: str) -> tuple[list[_Row], str]:
+def _yaml_rows(content: str, source: str, timed: bool) -> tuple[list[Row], str]:
     """Return line number and texts of each entry of a YAML text, and the frame that it names."""
     try:
         trees = [tree for tree in yaml.compose_all(content, yaml.SafeLoader) if not _is_empty(tree)]
@@ -179,14 +188,14 @@ def _yaml_rows(content: str, source: str) -> tuple[list[_Row], str]:
     tree = parts.get('waypoints', parts.get('poses', tree))
     named = _parts(tree)
     if named and all(isinstance(part, yaml.MappingNode | yaml.SequenceNode) for part in named.values()) and not any(
-            column_of(name).meaning for name in named):
+            column_of(name, timed).meaning for name in named):
         entries = list(named.values())
     elif isinstance(tree, yaml.SequenceNode):
         entries = tree.value
     else:
         raise ParameterError([f"{source}: holds no list of waypoints; write '- [x, y]' lines, or these under "
                               "'waypoints:'"])
-    return [(entry.start_mark.line + 1, _entry(entry)) for entry in entries], frame
+    return [(entry.start_mark.line + 1, _entry(entry, timed)) for entry in entries], frame
 
 
 def _is_empty(tree: object) -> bool:
@@ -199,14 +208,15 @@ def _parts(node: object) -> dict[str, Any]:
         node, yaml.MappingNode) else {}
 
 
-def _entry(node: object) -> dict[str, Any]:
+def _entry(node: object, timed: bool) -> dict[str, Any]:
     """Return the texts of an entry by meaning; {} for what is none."""
     if isinstance(node, yaml.SequenceNode):
         fields = [getattr(field, 'value', '') for field in node.value]
         return dict(zip(('x', 'y'), fields, strict=True)) if len(fields) == 2 else {WRONG: ','.join(map(str, fields))}
     parts = _parts(node)
     if 'pose' in parts:
-        return _entry(parts['pose'])
+        header = parts.get('header') if timed else None
+        return _entry(parts['pose'], timed) | _stamped(header)
     fields_by_meaning: dict[str, Any] = {}
     if 'position' in parts:
         position = parts.pop('position')
@@ -219,8 +229,16 @@ def _entry(node: object) -> dict[str, Any]:
             fields_by_meaning['heading'] = atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
         parts.pop('header', None)
     for name, value in parts.items():
-        column = column_of(name)
+        column = column_of(name, timed)
         if column.fault:
             return {UNKNOWN: column.fault}
         fields_by_meaning[column.meaning] = getattr(value, 'value', '')
     return fields_by_meaning if {'x', 'y'} <= {*fields_by_meaning} else {}
+
+
+def _stamped(header: object) -> dict[str, Any]:
+    """Return the time of a header as of an entry; {} without one."""
+    stamp = _parts(_parts(header).get('stamp'))
+    sec, nanosec = (getattr(stamp.get(name), 'value', '') for name in ('sec', 'nanosec'))
+    # a sum of floats would lose the last digits of a wall clock
+    return {'time': f'{int(sec)}.{int(nanosec):09d}'} if sec.isdecimal() and nanosec.isdecimal() else {}

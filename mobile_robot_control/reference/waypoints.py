@@ -13,11 +13,13 @@ from mobile_robot_control.system.texts import shortened
 
 MOST, LONGEST = 100_000, 10_000.0
 """Most waypoints of a path, and its longest way through them [m]."""
+LONGEST_WAIT = 3600.0
+"""[s] of a rest at a waypoint."""
 SAME = 1e-6
 """[m]: nearer waypoints count as equal."""
 _TURN = 0.1
 """[rad]: equal waypoints whose headings differ by more ask for a turn on the spot."""
-_DIRECTIONS = {'1': 1, '+1': 1, 'forward': 1, 'forwards': 1, '-1': -1, 'backward': -1, 'backwards': -1}
+DIRECTIONS = {'1': 1, '+1': 1, 'forward': 1, 'forwards': 1, '-1': -1, 'backward': -1, 'backwards': -1}
 """What a text in a column `direction` means."""
 REMEDY = 'write x,y; or x,y,speed with these names above the columns'
 WRONG, UNKNOWN = 'wrong', 'unknown'
@@ -47,6 +49,8 @@ class Waypoints(NamedTuple):
         Turn on the spot at each, by the headings of its repetitions [rad]; () if there is none.
     directions : tuple of int
         1 forwards, -1 backwards from each point on, 0 if the source does not say; () if it never does.
+    waits : tuple of float
+        Rest at each [s]; () if there is none.
     duration : float
         Of the way by the times in the source, which are not used [s]; 0 without times.
     ignored : tuple of str
@@ -62,13 +66,14 @@ class Waypoints(NamedTuple):
     headings: tuple[float | None, ...] = ()
     turns: tuple[float, ...] = ()
     directions: tuple[int, ...] = ()
+    waits: tuple[float, ...] = ()
     duration: float = 0.0
     ignored: tuple[str, ...] = ()
 
     def part(self, first: int, last: int) -> 'Waypoints':
         """Return the waypoints from one number to another."""
         kept = slice(first, last + 1)
-        return Waypoints(self.points[kept], self.speeds[kept], self.places[kept])
+        return Waypoints(self.points[kept], self.speeds[kept], self.places[kept], waits=self.waits[kept])
 
 
 NO_WAYPOINTS = Waypoints((), (), ())
@@ -92,8 +97,8 @@ def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any
     Parameters
     ----------
     rows : sequence of (str, mapping or sequence)
-        Origin of each, and its x, y [m], speed [m/s], heading [rad] and direction by name, of which the last three may
-        be absent; or x, y and speed in this order.
+        Origin of each, and its x, y [m], speed [m/s], heading [rad], direction and wait [s] by name, of which the last
+        four may be absent; or x, y and speed in this order.
     source : str
         The common source.
 
@@ -110,6 +115,7 @@ def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any
     headings: list[float | None] = []
     turns: list[float] = []
     directions: list[int] = []
+    waits: list[float] = []
     heading: float | None = None
     repeated = 0
     for place, row in rows:
@@ -120,7 +126,7 @@ def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any
             continue
         x, y = float(fields['x']), float(fields['y'])
         limit, before, heading = fields.get('speed', ''), heading, _heading(fields)
-        direction = _DIRECTIONS.get(str(fields.get('direction', '')).strip().lower(), 0)
+        direction = DIRECTIONS.get(str(fields.get('direction', '')).strip().lower(), 0)
         if points and hypot(x - points[-1][0], y - points[-1][1]) < SAME:
             if before is not None and heading is not None:
                 turns[-1] += wrap_angle(heading - before)
@@ -128,6 +134,7 @@ def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any
             if limit != '':
                 speeds[-1] = float(limit)
             directions[-1] = direction or directions[-1]
+            waits[-1] += float(fields.get('wait') or 0.0)
             continue
         points.append((x, y))
         headings.append(heading)
@@ -135,6 +142,7 @@ def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any
         directions.append(direction or (directions[-1] if directions else 0))
         speeds.append(float(limit) if limit != '' else speeds[-1] if speeds else math.inf)
         places.append(place)
+        waits.append(float(fields.get('wait') or 0.0))
     if not violations and len(points) < 2:
         raise ParameterError([f'{source}: has {len(points)} waypoint{"" if len(points) == 1 else "s"}; a path needs '
                               'two or more'])
@@ -151,7 +159,8 @@ def checked_waypoints(rows: Sequence[tuple[str, Mapping[str, Any] | Sequence[Any
     turns = [turn if abs(turn) > _TURN else 0.0 for turn in turns]
     return Waypoints(tuple(points), tuple(speeds), tuple(places), repeated,
                      headings=tuple(headings) if any(one is not None for one in headings) else (),
-                     turns=tuple(turns) if any(turns) else (), directions=tuple(directions) if any(directions) else ())
+                     turns=tuple(turns) if any(turns) else (), directions=tuple(directions) if any(directions) else (),
+                     waits=tuple(waits) if any(waits) else ())
 
 
 def _heading(fields: Mapping[str, Any]) -> float | None:
@@ -177,7 +186,7 @@ def _row_violation(fields: Mapping[str, Any]) -> _Violation | None:
     if UNKNOWN in fields:
         return _Violation('', f'the key {fields[UNKNOWN]}')
     told = "'" + ','.join(shortened(str(field), 20) for field in fields.values()) + "'"
-    written = {name: fields[name] for name in ('x', 'y', 'speed', 'heading')
+    written = {name: fields[name] for name in ('x', 'y', 'speed', 'heading', 'wait')
                if name in fields and (name in ('x', 'y') or fields[name] != '')}
     try:
         numbers = {name: float(value) for name, value in written.items()}
@@ -192,7 +201,9 @@ def _row_violation(fields: Mapping[str, Any]) -> _Violation | None:
         told, rule = f'speed = {numbers["speed"]:g} m/s', ('; write more than 0, and for backwards a column direction '
                                                            'with -1, which path.turn_back: reverse obeys')
     elif numbers.get('speed', 1.0) == 0.0:
-        told, rule = 'speed = 0 m/s', '; write more than 0, or leave it out'
-    elif str(fields.get('direction', '') or '1').strip().lower() not in _DIRECTIONS:
+        told, rule = 'speed = 0 m/s', '; write more than 0, or leave it out, and for a rest a column wait [s]'
+    elif not 0.0 <= numbers.get('wait', 0.0) <= LONGEST_WAIT:
+        told, rule = f'wait = {numbers["wait"]:g} s', f'; write a rest from 0 to {LONGEST_WAIT:g} s'
+    elif str(fields.get('direction', '') or '1').strip().lower() not in DIRECTIONS:
         told, rule = f'direction = {shortened(str(fields["direction"]), 20)}', '; write 1 or -1'
     return _Violation(told, rule) if rule else None

@@ -24,7 +24,7 @@ from mobile_robot_control.pages.page_parts import (
     replay_styles,
 )
 from mobile_robot_control.planning.page import plans_of_runs
-from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.curves import PATH, TRAJECTORY
 from mobile_robot_control.report.animation import animate
 from mobile_robot_control.report.twins import TWINS, Twins, with_twins
 from mobile_robot_control.runs.other_nodes import nodes_of_others
@@ -162,6 +162,8 @@ def run_description(run: Run) -> str:
         course = 'paths of its topic'
     elif cart.curve.curve == PATH:
         course = f'the path {Path(cart.path.file).name}, {course_of(cart).period:.3g} s'
+    elif cart.curve.curve == TRAJECTORY:
+        course = f'the trajectory {Path(cart.trajectory.file).name}, {course_of(cart).period:.4g} s'
     else:
         course = f'the {cart.curve.curve} of {placement.scale:g} m, {placement.period:g} s a lap'
     return (f'{run.name}: {law_words(run.parameters, others)} on {course}, at {shared.velocity_rate:g} and '

@@ -19,7 +19,8 @@ from mobile_robot_control.model.plant import VELOCITY as DRIVEN_BY_VELOCITY
 from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError, flatten
 from mobile_robot_control.parameters.requests import Reader, read_bounds
 from mobile_robot_control.quantities import Pose
-from mobile_robot_control.reference.curves import CURVES, PATH
+from mobile_robot_control.reference.curves import CURVES, OF_FILES
+from mobile_robot_control.reference.trajectory_parameters import TrajectoryRequest
 from mobile_robot_control.search import space
 from mobile_robot_control.search.gains import Gains, configured_gains
 from mobile_robot_control.search.journal import Journal
@@ -37,7 +38,7 @@ from mobile_robot_control.search.search import ALGORITHMS, Generation, SearchSet
 from mobile_robot_control.search.space import MOST_GENES, PER_GENE, POPULATION, population_for
 from mobile_robot_control.search.stages import REPEATS, WIDENINGS, Staged, StagePlan, search_in_stages
 from mobile_robot_control.settings.configure import ParameterSources, configure
-from mobile_robot_control.settings.nodes import Configuration, path_of
+from mobile_robot_control.settings.nodes import Configuration, request_of
 from mobile_robot_control.version import __version__
 
 STAGED = 'nelder_mead'
@@ -189,7 +190,7 @@ class Search:
     def purpose(self) -> dict[str, Any]:
         """Return everything that the scores depend on, by name."""
         parameters, goal = self.parameters, self.goal
-        law, path = parameters.position_controller.control.controller_type, path_of(parameters.reference_cart)
+        law, path = parameters.position_controller.control.controller_type, request_of(parameters.reference_cart)
         settings = self.settings._asdict()
         # a longer search in stages does not begin with a shorter one
         left = ('seconds',) if self.request.algorithm == STAGED else ('generations', 'seconds')
@@ -200,8 +201,10 @@ class Search:
         wanted = {name: value for name, value in goal._asdict().items()
                   if value not in {'smooth': (0.0,), 'objective': (EQ29,)}.get(name, ())}
         curves = {f"source of the curve '{one.curve}'": CURVES.checksum(one.curve)
-                  for one in goal.scenarios if one.curve != PATH}
-        waypoints = {'waypoints': sha256(repr(path.waypoints[:2]).encode()).hexdigest()[:16]} if path else {}
+                  for one in goal.scenarios if one.curve not in OF_FILES}
+        points = (() if not path else path.points[:2] if isinstance(path, TrajectoryRequest) else
+                  (*path.waypoints[:2], *filter(None, [path.waypoints.waits])))
+        waypoints = {'waypoints': sha256(repr(points).encode()).hexdigest()[:16]} if path else {}
         velocity = self.parameters.velocity_controller.control.controller_type
         # journals of the PI law lack its name
         sources = {} if velocity == PI else {

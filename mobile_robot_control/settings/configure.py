@@ -14,7 +14,7 @@ from mobile_robot_control.control.velocity_law import PI
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.parameters.declaration import ParameterError, build, declarations, nearest
 from mobile_robot_control.reference.cart import Placement
-from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.curves import OF_FILES
 from mobile_robot_control.settings.files import Override, Values, load
 from mobile_robot_control.settings.nodes import NODES, Configuration, awaits_path, course_of, velocity_loop_is_stable
 from mobile_robot_control.settings.shared import Shared
@@ -149,7 +149,7 @@ def _unlike_drives(configuration: Configuration) -> Iterator[str]:
     if model.drive == VELOCITY and law != PI:
         yield (f"velocity_controller.controller_type = '{law}' is of plant.drive = 'torque', and drive is 'velocity': "
                'a base controls its velocity itself; leave it out, or change drive')
-    if cart.curve.curve != PATH or model.drive == VELOCITY:
+    if cart.curve.curve not in OF_FILES or model.drive == VELOCITY:
         return
     for group, ours, theirs in (('motor', cart.motor, model.motor), ('friction', cart.friction, model.friction)):
         for name, value in ours._asdict().items():
@@ -225,18 +225,19 @@ class ParameterSources(NamedTuple):
         """
         Read the values by node; raise ParameterError if a source cannot be read.
 
-        For a cart on a path, the placement of a curve in earlier sources, as in the file of a search, is left out.
+        For a cart on a path or a trajectory, the placement of a curve in earlier sources, as in the file of a search,
+        is left out.
         """
         files = [*(() if self.robot is None else [robot_file(self.robot)]), *self.files]
         values = load(files, self.overrides, namespace)
         cart = values['reference_cart']
-        if cart.get('curve') != PATH:
+        if cart.get('curve') not in OF_FILES:
             return values
-        # from the last source on that names the path
+        # from the last source on that names it
         for first in range(len(files), -1, -1):
             with contextlib.suppress(ParameterError):
                 kept = load(files[first:], self.overrides, namespace)['reference_cart']
-                if kept.get('curve') == PATH:
+                if kept.get('curve') == cart['curve']:
                     values['reference_cart'] = {name: value for name, value in cart.items()
                                                 if name in kept or name not in Placement._fields}
                     break

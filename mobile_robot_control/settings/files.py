@@ -8,12 +8,13 @@ from typing import Any
 
 from mobile_robot_control.parameters.declaration import ParameterError, flatten, nearest
 from mobile_robot_control.parameters.rcl_yaml import dump_yaml, parse_yaml
-from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.curves import PATH, TRAJECTORY
 from mobile_robot_control.reference.path_parameters import NO_FILE
+from mobile_robot_control.reference.trajectory_files import table_of_trajectory
 from mobile_robot_control.reference.waypoint_files import WAYPOINTS, YAML_SUFFIXES
 from mobile_robot_control.reference.waypoints import table_of
 from mobile_robot_control.settings.nodes import NODES, Configuration, parameter_names
-from mobile_robot_control.settings.recorded_path import is_bag, waypoints_in
+from mobile_robot_control.settings.recorded_path import is_bag, trajectory_in, waypoints_in
 from mobile_robot_control.system.files import PARAMETER_FILE, read_bounded, write_atomically
 from mobile_robot_control.system.texts import printable, shortened
 
@@ -105,7 +106,8 @@ def read_namespace(value: str) -> str:
 
 
 Values = dict[str, dict[str, Any]]
-PATH_FILE = 'path.file'
+PATH_FILE, TRAJECTORY_FILE = 'path.file', 'trajectory.file'
+FILES = (PATH_FILE, TRAJECTORY_FILE)
 TRACK = 'track'
 """The section of a benchmark's track, whose file may name no node."""
 Override = str | tuple[str, Any]
@@ -291,11 +293,10 @@ def files_of_others(sections: Iterable[tuple[str, str]], names: Mapping[str, str
 
 
 def located(values: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Return values with an absolute path of the waypoints, relative to the folder of the file that names them."""
-    file = values.get(PATH_FILE)
-    if not isinstance(file, str) or file in ('', NO_FILE):
-        return values
-    return {**values, PATH_FILE: os.path.abspath(folder / file)}
+    """Return values with an absolute path of the points, relative to the folder of the file that names them."""
+    named = {name: values[name] for name in FILES if isinstance(values.get(name), str)}
+    return {**values, **{name: os.path.abspath(folder / file) for name, file in named.items()
+                         if file not in ('', NO_FILE)}}
 
 
 def load(files: Sequence[str | Path], overrides: Sequence[Override] = (), namespace: str = '/') -> Values:
@@ -356,7 +357,7 @@ def configuration_text(parameters: Configuration, robot: str | None = None) -> s
 
 
 def save_configuration(file: Path, parameters: Configuration, robot: str | None = None) -> None:
-    """Write a configuration as a parameter file, and a copy of the waypoints that it names beside it."""
+    """Write a configuration as a parameter file, and a copy of the points that it names beside it."""
     cart = parameters.reference_cart
     if cart.curve.curve == PATH and cart.path.file != NO_FILE:
         source = Path(cart.path.file)
@@ -366,4 +367,11 @@ def save_configuration(file: Path, parameters: Configuration, robot: str | None 
                          else read_bounded(source, WAYPOINTS))
         parameters = parameters._replace(reference_cart=cart._replace(
             path=cart.path._replace(file=copy.name, topic=NO_FILE)))
+    elif cart.curve.curve == TRAJECTORY:
+        source = Path(cart.trajectory.file)
+        copy = file.with_name(f'{file.stem}.trajectory{".csv" if is_bag(source) else source.suffix}')
+        write_atomically(copy, table_of_trajectory(trajectory_in(cart.trajectory)) if is_bag(source)
+                         else read_bounded(source, WAYPOINTS))
+        parameters = parameters._replace(reference_cart=cart._replace(
+            trajectory=cart.trajectory._replace(file=copy.name, topic=NO_FILE)))
     write_atomically(file, configuration_text(parameters, robot))

@@ -18,8 +18,8 @@ from mobile_robot_control.model.sensors import is_ideal, sensor_violations
 from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError, declarations, rule
 from mobile_robot_control.quantities import period_nanoseconds
 from mobile_robot_control.reference.cart import CurveParameters, Placement, too_fast_to_send
-from mobile_robot_control.reference.course import Course, make_course
-from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.course import Course, FileRequest, make_course
+from mobile_robot_control.reference.curves import OF_FILES, PATH, TRAJECTORY
 from mobile_robot_control.reference.goal import GoalParameters
 from mobile_robot_control.reference.led_course import driven_course
 from mobile_robot_control.reference.localisation import CorrectionSchedule, Localisation
@@ -31,9 +31,10 @@ from mobile_robot_control.reference.path_parameters import (
     Timing,
     path_violations,
 )
+from mobile_robot_control.reference.trajectory_parameters import TrajectoryParameters, TrajectoryRequest
 from mobile_robot_control.reference.waiting import WaitParameters
 from mobile_robot_control.reference.waypoints import Waypoints
-from mobile_robot_control.settings.recorded_path import waypoints_in
+from mobile_robot_control.settings.recorded_path import trajectory_in, waypoints_in
 from mobile_robot_control.settings.shared import Shared
 from mobile_robot_control.topics import LOOPS, PATH_TOPIC, LoopGraph, extended, with_truth
 
@@ -136,6 +137,7 @@ class ReferenceCartParameters(NamedTuple):
     curve: Annotated[CurveParameters, INLINE] = CurveParameters()
     waiting: Annotated[WaitParameters, INLINE] = WaitParameters()
     path: PathParameters = PathParameters()
+    trajectory: TrajectoryParameters = TrajectoryParameters()
     timing: Timing = Timing()
     localisation: Localisation = Localisation()
     goal: GoalParameters = GoalParameters()
@@ -173,7 +175,7 @@ def has_exact_odometry(plant: PlantParameters) -> bool:
 
 
 def path_of(cart: ReferenceCartParameters) -> PathRequest | tuple[()]:
-    """Return the path of the cart; () for a curve."""
+    """Return the path of the cart; () without one."""
     if cart.curve.curve != PATH:
         return ()
     if cart.path.file == NO_FILE:
@@ -183,14 +185,38 @@ def path_of(cart: ReferenceCartParameters) -> PathRequest | tuple[()]:
     if waypoints.frame not in ('', frame):
         raise ParameterError([f"path.file = '{cart.path.file}' is in the frame '{waypoints.frame}', and path_frame is "
                               f"'{frame}'; set path_frame, or transform it"])
+    if waypoints.waits and cart.shared.is_localised:
+        raise ParameterError([f"path.file = '{cart.path.file}' has a column wait, for the frame of odometry alone; "
+                              f"leave it out, or path_frame = '{cart.shared.path_frame}'"])
     return path_request(cart, waypoints)
+
+
+def request_of(cart: ReferenceCartParameters) -> FileRequest | tuple[()]:
+    """Return the path or the trajectory of the cart; () for a curve."""
+    if cart.curve.curve != TRAJECTORY:
+        return path_of(cart)
+    if cart.trajectory.file == NO_FILE:
+        raise ParameterError([f"curve = '{TRAJECTORY}' needs trajectory.file, a file of points with times"])
+    points = trajectory_in(cart.trajectory)
+    if points.frame not in ('', cart.shared.odom_frame_id):
+        raise ParameterError([f"trajectory.file = '{cart.trajectory.file}' is in the frame '{points.frame}', and "
+                              f"odometry in '{cart.shared.odom_frame_id}'; transform it"])
+    return TrajectoryRequest(points, cart.trajectory, cart.timing, _drive(cart))
+
+
+def has_turns(cart: ReferenceCartParameters) -> bool:
+    """Return whether the course of the cart may lead backwards or turn on the spot."""
+    return cart.curve.curve == TRAJECTORY or cart.path.uses_headings
+
+
+def _drive(cart: ReferenceCartParameters) -> Drive:
+    motor = cart.motor
+    return Drive(cart.shared.robot, cart.friction.coulomb, motor.stall_torque, motor.no_load_speed)
 
 
 def path_request(cart: ReferenceCartParameters, waypoints: Waypoints) -> PathRequest:
     """Return the request to plan a path through waypoints."""
-    motor = cart.motor
-    return PathRequest(waypoints, cart.path, cart.timing,
-                       Drive(cart.shared.robot, cart.friction.coulomb, motor.stall_torque, motor.no_load_speed))
+    return PathRequest(waypoints, cart.path, cart.timing, _drive(cart))
 
 
 def awaits_path(cart: ReferenceCartParameters) -> bool:
@@ -200,7 +226,7 @@ def awaits_path(cart: ReferenceCartParameters) -> bool:
 
 def course_of(cart: ReferenceCartParameters) -> Course:
     """Return the course of the cart, without corrections."""
-    return make_course(cart.curve.curve, cart.curve.placement, path_of(cart))
+    return make_course(cart.curve.curve, cart.curve.placement, request_of(cart))
 
 
 def correction_schedule(cart: ReferenceCartParameters) -> CorrectionSchedule | tuple[()]:
@@ -213,7 +239,7 @@ def correction_schedule(cart: ReferenceCartParameters) -> CorrectionSchedule | t
 
 def driven_course_of(cart: ReferenceCartParameters) -> Course:
     """Return the course of the cart, with the corrections that are drawn."""
-    return driven_course(cart.curve.curve, cart.curve.placement, path_of(cart), correction_schedule(cart))
+    return driven_course(cart.curve.curve, cart.curve.placement, request_of(cart), correction_schedule(cart))
 
 
 def awaits_corrections(cart: ReferenceCartParameters) -> bool:
@@ -265,6 +291,30 @@ def _horizon_is_long(parameters: PositionControllerParameters) -> Iterator[str]:
 
 
 @rule
+def _trajectory_is_planned(cart: ReferenceCartParameters) -> Iterator[str]:
+    """Refuse a trajectory that cannot be driven, and parameters without effect."""
+    if cart.curve.curve != TRAJECTORY:
+        for name, value in cart.trajectory._asdict().items():
+            if value != getattr(TrajectoryParameters(), name):
+                yield (f"trajectory.{name} = {value} is of curve = '{TRAJECTORY}', and curve is '{cart.curve.curve}'; "
+                       'leave it out, or change curve')
+        return
+    missing = list(_unplaced(cart))
+    if cart.timing.speed_factor != 1.0:
+        missing.append(f'timing.speed_factor = {cart.timing.speed_factor:g} slows down a path, and a trajectory has '
+                       'times of its own; leave it out')
+    if cart.shared.is_localised:
+        missing.append(f"path_frame = '{cart.shared.path_frame}' does not hold for a trajectory, which is in the frame "
+                       'of odometry; leave it out')
+    yield from missing
+    if not missing:
+        try:
+            course_of(cart)
+        except ParameterError as error:
+            yield from error.violations
+
+
+@rule
 def _path_is_planned(cart: ReferenceCartParameters) -> Iterator[str]:
     """Refuse an incomplete path, an infeasible one, and parameters without effect."""
     if cart.curve.curve != PATH:
@@ -287,8 +337,9 @@ def _unplaced(cart: ReferenceCartParameters) -> Iterator[str]:
     """Yield the parameters that place a curve, which are meaningless for a path."""
     for name, value in cart.curve.placement._asdict().items():
         if value != getattr(Placement(), name):
+            decides = 'waypoints and timing decide' if cart.curve.curve == PATH else 'its points decide'
             yield (f"{name} = {list(value) if isinstance(value, tuple) else value} places a curve, and curve is "
-                   f"'{PATH}': leave it out, since waypoints and timing decide")
+                   f"'{cart.curve.curve}': leave it out, since {decides}")
 
 
 @rule
@@ -307,7 +358,7 @@ def _corrections_have_a_frame(cart: ReferenceCartParameters) -> Iterator[str]:
 
 @rule
 def _horizon_can_be_sent(parameters: ReferenceCartParameters) -> Iterator[str]:
-    if parameters.shared.reference_horizon and parameters.curve.curve != PATH:
+    if parameters.shared.reference_horizon and parameters.curve.curve not in OF_FILES:
         yield from too_fast_to_send(parameters.curve)
 
 

@@ -1,14 +1,24 @@
-"""The waypoints of `path.file`; in a bag, the first path of a planner or the poses of odometry."""
+"""The points of `path.file` and `trajectory.file`; in a bag, the first path of a planner or the poses of odometry."""
 
 import os
+from decimal import Decimal
 from functools import lru_cache, partial
 from pathlib import Path
+from typing import Any
 
-from mobile_robot_control.messages.cdr import deserialise
-from mobile_robot_control.messages.parsing import RefusedMessageError, read_odometry, read_or_refuse, read_path
+from mobile_robot_control.messages.cdr import deserialise, path_stamps
+from mobile_robot_control.messages.parsing import (
+    RefusedMessageError,
+    read_odometry,
+    read_or_refuse,
+    read_path,
+    serialised_stamp,
+)
 from mobile_robot_control.parameters.declaration import ParameterError
-from mobile_robot_control.quantities import Pose
+from mobile_robot_control.quantities import NANOSECONDS
 from mobile_robot_control.reference.path_parameters import NO_FILE, PathParameters
+from mobile_robot_control.reference.trajectory_files import checked_trajectory, read_trajectory_once
+from mobile_robot_control.reference.trajectory_parameters import TimedPoints, TrajectoryParameters
 from mobile_robot_control.reference.waypoint_files import read_waypoints_once
 from mobile_robot_control.reference.waypoints import Waypoints, checked_waypoints
 
@@ -26,16 +36,35 @@ def waypoints_in(path: PathParameters) -> Waypoints:
     """Read the waypoints of `path.file`; raise ParameterError if it holds no path, or a bag several."""
     if not is_bag(path.file):
         return read_waypoints_once(path.file)
-    return _recorded(path.file, '' if path.topic == NO_FILE else path.topic, os.stat(path.file).st_mtime_ns)
+    name, frame, recorded = _recorded(path.file, path.topic, 'path.topic', os.stat(path.file).st_mtime_ns)
+    rows = [(f'{path.file}: {name} {n}', {key: row[key] for key in ('x', 'y', 'heading')})
+            for n, row in enumerate(recorded)]
+    return checked_waypoints(rows, path.file)._replace(frame=frame)
+
+
+def trajectory_in(trajectory: TrajectoryParameters) -> TimedPoints:
+    """Read the points of `trajectory.file` as `waypoints_in` does, with their times."""
+    file = trajectory.file
+    if not is_bag(file):
+        return read_trajectory_once(file)
+    return _timed(file, trajectory.topic, os.stat(file).st_mtime_ns)
 
 
 @lru_cache(maxsize=8)
-def _recorded(file: str, topic: str, _changed: int) -> Waypoints:
+def _timed(file: str, topic: str, changed: int) -> TimedPoints:
+    name, frame, recorded = _recorded(file, topic, 'trajectory.topic', changed)
+    return checked_trajectory([(f'{file}: {name} {n}', row) for n, row in enumerate(recorded)], file)._replace(
+        frame=frame)
+
+
+@lru_cache(maxsize=8)
+def _recorded(file: str, topic: str, option: str, _changed: int) -> tuple[str, str, list[dict[str, Any]]]:
+    """Return the topic, the frame and the rows of the points that a bag holds."""
     from mobile_robot_control.messages.bag_files import BagFiles  # noqa: PLC0415 (late: other files need no reader)
     from mobile_robot_control.messages.mcap_stream import BagError  # noqa: PLC0415
 
-    wanted = f'/{topic.lstrip("/")}' if topic else ''
-    poses: dict[str, list[Pose]] = {}
+    wanted = f'/{topic.lstrip("/")}' if topic != NO_FILE else ''
+    poses: dict[str, list[dict[str, Any]]] = {}
     frames: dict[str, str] = {}
     try:
         for message in BagFiles(Path(file), lambda *_: None).messages(lambda name: name == wanted or not wanted):
@@ -44,17 +73,26 @@ def _recorded(file: str, topic: str, _changed: int) -> Waypoints:
                 continue
             content = read_or_refuse(kind, (partial(deserialise, kind),), message.data)
             frames.setdefault(name, content.header.frame_id)
-            read = read_path(content) if kind == _PATH else [read_odometry(content)[0]]
+            if kind == _PATH:
+                read = [pose._asdict() | {'time': _time(stamp)} for pose, stamp in zip(
+                    read_path(content), path_stamps(message.data), strict=True)]
+            else:
+                pose, velocity = read_odometry(content)
+                read = [pose._asdict() | {'time': _time(serialised_stamp(message.data)), 'speed': velocity.linear}]
             poses.setdefault(name, []).extend(read)
     except BagError as error:
         raise ParameterError([str(error)]) from None
     except RefusedMessageError as error:
         raise ParameterError([f'{file}: a message on {name} is refused ({error.reason}); name another topic with '
-                              'path.topic']) from None
+                              f'{option}']) from None
     if len(poses) != 1:
         held = f'paths or odometry on {", ".join(sorted(poses))}' if poses else f'no path and no odometry {wanted}'
         raise ParameterError([f'{file}: holds {held.strip()}; name one topic of type {_PATH} or {_ODOMETRY} with '
-                              'path.topic'])
-    [(name, waypoints)] = poses.items()
-    rows = [(f'{file}: {name} {n}', pose._asdict()) for n, pose in enumerate(waypoints)]
-    return checked_waypoints(rows, file)._replace(frame=frames[name])
+                              f'{option}'])
+    [(name, rows)] = poses.items()
+    return name, frames[name], rows
+
+
+def _time(stamp: int) -> str:
+    """Return a stamp [ns] in seconds, with all its digits."""
+    return str(Decimal(stamp) / NANOSECONDS)

@@ -11,10 +11,10 @@ from mobile_robot_control.model.motors import LONGEST_DELAY
 from mobile_robot_control.parameters.declaration import Field, ParameterError, nearest
 from mobile_robot_control.parameters.requests import make_request
 from mobile_robot_control.quantities import LARGEST
-from mobile_robot_control.reference.curves import CURVES, PATH
+from mobile_robot_control.reference.curves import CURVES, OF_FILES
 from mobile_robot_control.reference.waypoint_files import WAYPOINTS
 from mobile_robot_control.settings.configure import ParameterSources, shipped_folder
-from mobile_robot_control.settings.files import PATH_FILE, TRACK, read_parameter_file
+from mobile_robot_control.settings.files import FILES, TRACK, read_parameter_file
 from mobile_robot_control.system.files import read_bounded
 from mobile_robot_control.system.texts import shortened
 
@@ -26,8 +26,8 @@ class TrackParameters(NamedTuple):
 
     purpose: Annotated[str, Field('', 'why the track exists, in a sentence')]
     robot: Annotated[str | None, Field('', 'robot of this package, or its file; the default one, if left out')] = None
-    curves: Annotated[tuple[str, ...], Field('', 'curves to draw from; the path of the file, if that names one',
-                                             choices=CURVES)] = ('trifolium', 'lemniscate')
+    curves: Annotated[tuple[str, ...], Field('', 'curves to draw from; the path or trajectory of the file, if that '
+                                             'names one', choices=CURVES)] = ('trifolium', 'lemniscate')
     scales: Annotated[tuple[float, ...], Field('m', 'sizes of the curves to draw from', above=0.0)] = (0.5, 1.0)
     laps: Annotated[float, Field('', 'length of a run', above=0.0)] = 1.0
     within: Annotated[float, Field('m', "largest distance of the robot's start from the cart's", minimum=0.0)] = 0.01
@@ -99,8 +99,8 @@ class Track(NamedTuple):
         """Return all that the track is made of, without names of files: for JSON."""
         values = self.sources(more).values()
         for given in values.values():
-            if PATH_FILE in given:
-                given[PATH_FILE] = sha256(read_bounded(Path(given[PATH_FILE]), WAYPOINTS)).hexdigest()[:16]
+            for name in {*FILES} & {*given}:
+                given[name] = sha256(read_bounded(Path(given[name]), WAYPOINTS)).hexdigest()[:16]
         drawn = self.parameters._asdict()
         return {**{name: value for name, value in drawn.items()
                    if name not in ('purpose', 'group', 'objective')}, 'values': values}
@@ -138,8 +138,8 @@ def read_track(track: str) -> Track:
     for name in ('curves', 'scales'):
         if not getattr(parameters, name):
             raise ParameterError([f'{file}: {TRACK}: {name} = [] draws from nothing; name one or more'])
-    if any(values.get('curve') == PATH for values in sections.values()):
-        parameters = parameters._replace(curves=(PATH,), scales=parameters.scales[:1])
+    for course in {*OF_FILES} & {values.get('curve') for values in sections.values()}:
+        parameters = parameters._replace(curves=(course,), scales=parameters.scales[:1])
     source, published = _published(file, sections.get(_PUBLISHED, {}))
     return Track(file.stem, file, parameters, source, published)
 

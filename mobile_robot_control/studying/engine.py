@@ -13,7 +13,7 @@ from mobile_robot_control.loop.batch import TrialRunner
 from mobile_robot_control.loop.drawn import judged_rows
 from mobile_robot_control.loop.indices import TRUE
 from mobile_robot_control.loop.monte_carlo import Floats, JudgedRuns, Scenarios, success_text, summarise_runs
-from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.curves import OF_FILES
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.studying.comparison import answer_text, best_of, comparison_texts, comparison_values
 from mobile_robot_control.studying.failures import failure_texts, failure_values
@@ -105,7 +105,7 @@ def study_values(
     """Return the content of `study.json`."""
     return {
         'outcome': 'interrupted' if interrupted else 'completed', 'seed': request.seed, 'laps': request.laps,
-        'curves': [PATH] if any(one.scenarios[0].curve == PATH for one in results.values()) else list(request.curves),
+        'curves': sorted({one.scenarios[0].curve for one in results.values()} & {*OF_FILES}) or list(request.curves),
         'scales': list(request.scales), 'within': request.within,
         'variation': request.varied_by, 'robot_uncertainty': request.robot_uncertainty,
         'success': f'within {request.success_within} m over the last quarter',

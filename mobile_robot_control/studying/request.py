@@ -28,7 +28,7 @@ from mobile_robot_control.model.motors import LONGEST_DELAY
 from mobile_robot_control.model.noise import Noise
 from mobile_robot_control.parameters.declaration import INLINE, Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader, read_bounds
-from mobile_robot_control.reference.curves import CURVES, PATH
+from mobile_robot_control.reference.curves import CURVES, OF_FILES
 from mobile_robot_control.settings.configure import File, ParameterSources
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.studying.comparison import COMPARED
@@ -196,8 +196,9 @@ _VARIATION = 0.2
 
 
 def _curves(request: StudyRequest, parameters: Configuration) -> tuple[str, ...]:
-    """Return the curves to draw from: a configured path takes their place."""
-    return (PATH,) if parameters.reference_cart.curve.curve == PATH else request.curves
+    """Return the curves to draw from: a configured path or trajectory takes their place."""
+    configured = parameters.reference_cart.curve.curve
+    return (configured,) if configured in OF_FILES else request.curves
 
 
 def drawn_scenarios(request: StudyRequest, parameters: Configuration) -> Scenarios:

@@ -20,7 +20,8 @@ HEAVY = {'numba', 'scipy', 'matplotlib', 'numpy'}
 WITH_ARRAYS = {'excitation/excitation.py', *(
     f'loop/{name}.py' for name in ('batch', 'cuda', 'cuda_kernels', 'drawn', 'monte_carlo')), *(
     f'reference/{name}.py' for name in (
-        'joining', 'motion', 'path_fit', 'path_shape', 'planned_path', 'stopping', 'timing'))}
+        'joining', 'motion', 'path_fit', 'path_shape', 'planned_path', 'smoothing', 'stopping', 'timing', 'trajectory',
+        'trajectory_limits', 'trajectory_sections', 'trajectory_shape'))}
 MAY_IMPORT_HEAVY = {'analysis', 'benchmarking', 'drives', 'figures', 'identification', 'pages', 'planning', 'report',
                     'runs', 'search', 'studying'}
 ROS = {'rclpy', 'builtin_interfaces', 'diagnostic_msgs', 'geometry_msgs', 'nav_msgs', 'rcl_interfaces', 'rosgraph_msgs',

@@ -7,6 +7,7 @@ import sys
 import pytest
 from helpers.agreeing import assert_agree, configured
 from helpers.harness import CONFIG, driven, experiment
+from helpers.timed_figures import Moves, points_of, table
 from helpers.watching import stamp_nanoseconds
 from mcap_ros2.reader import read_ros2_messages
 
@@ -165,6 +166,25 @@ def test_nodes_drive_forwards_on_the_spot_and_backwards_to_the_end_of_a_path_as_
     last = recording.samples[-1].tick
     assert last.reference.velocity == (0.0, 0.0)
     assert last.reference.pose[:2] == pytest.approx((0.5, 0.5))
+    assert max(math.hypot(*sample.tick.error[:2]) for sample in recording.samples) < 0.01
+
+
+TRAJECTORY = """
+/**: {ros__parameters: {reference_horizon: 2, feedforward.enabled: true}}
+/**/reference_cart: {ros__parameters: {curve: trajectory, trajectory: {file: there_and_back.csv}}}
+"""
+
+
+def test_nodes_drive_a_trajectory_there_and_back_at_its_times_as_simulate(domain, tmp_path):
+    file = tmp_path / 'trajectory.yaml'
+    file.write_text(TRAJECTORY)
+    (tmp_path / 'there_and_back.csv').write_text(table(points_of(Moves(((0.4, 1.5), (-0.3, 1.2))), 50)))
+    configuration, arguments = configured(tmp_path, 3, [file])
+    with driven(tmp_path / 'run', arguments) as robot:
+        recording = robot.recording()
+    assert_agree(recording, configuration, 3)
+    assert min(sample.tick.reference.velocity.linear for sample in recording.samples) < -0.3
+    assert recording.samples[-1].tick.reference.velocity == (0.0, 0.0)
     assert max(math.hypot(*sample.tick.error[:2]) for sample in recording.samples) < 0.01
 
 

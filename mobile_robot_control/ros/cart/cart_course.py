@@ -7,7 +7,7 @@ from mobile_robot_control.messages.parsing import RefusedMessageError
 from mobile_robot_control.quantities import NANOSECONDS, Pose, Reference
 from mobile_robot_control.reference.cart import with_period
 from mobile_robot_control.reference.course import Course, CurveCourse, Standing, references_along
-from mobile_robot_control.reference.curves import CURVES, PATH
+from mobile_robot_control.reference.curves import CURVES, OF_FILES, PATH
 from mobile_robot_control.reference.led_course import course_at, led_over
 from mobile_robot_control.reference.localisation import SAME
 from mobile_robot_control.reference.path_parameters import PathRequest
@@ -18,8 +18,8 @@ from mobile_robot_control.settings.nodes import (
     awaits_path,
     correction_schedule,
     driven_course_of,
-    path_of,
     path_request,
+    request_of,
 )
 from mobile_robot_control.topics import PATH_TOPIC
 
@@ -72,8 +72,8 @@ class CartCourse:
         """Begin the course of the parameters at a time [ns], with the first correction of a run."""
         self.correction = correction
         if not awaits_path(self._cart):
-            request = path_of(self._cart)
-            self._route = request or None
+            request = request_of(self._cart)
+            self._route = request if isinstance(request, PathRequest) else None
             self._begin_at(driven_course_of(self._cart) if correction == SAME else course_at(
                 self._given.curve, self._given.placement, request, correction), time)
 
@@ -181,7 +181,7 @@ class CartCourse:
 
     def has_ended(self, time: int) -> bool:
         """Return whether the cart stands for good at a time along the course [ns]."""
-        return self._given.curve == PATH and time - self._begins >= self._course.period * NANOSECONDS
+        return self._given.curve in OF_FILES and time - self._begins >= self._course.period * NANOSECONDS
 
     def state(self, time: int, robot: Pose) -> str:
         """Return the cart's state in a word at a time [ns], for a pose of the robot."""

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.parameters.rcl_yaml import parse_yaml
 from mobile_robot_control.reference.cart import Placement
-from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.curves import OF_FILES
 from mobile_robot_control.settings.files import (
-    PATH_FILE,
+    FILES,
     addressed_nodes,
     files_of_others,
     full_names,
@@ -61,7 +61,7 @@ def check_ros_arguments(names: Sequence[str], arguments: Sequence[str]) -> dict[
     if violations:
         raise ParameterError(violations)
     cart = values['reference_cart']
-    return {name: cart[name] for name in (PATH_FILE,) if name in cart} | _unplaced(sources, full)
+    return {name: cart[name] for name in FILES if name in cart} | _unplaced(sources, full)
 
 
 def _options(arguments: Sequence[str]) -> _Options:
@@ -161,7 +161,7 @@ def _unplaced(sources: Sequence[_Source], full: Mapping[str, str]) -> dict[str, 
     """Return the defaults of what places a curve in files before the last one that names the path of the cart."""
     ours = [one for one in sources if 'reference_cart' in addressed_nodes(one.section, full)]
     *_, naming = [one for one in ours if 'curve' in one.values] or [_Source('', '', {})]
-    if naming.values.get('curve') != PATH:
+    if naming.values.get('curve') not in OF_FILES:
         return {}
     first = next(n for n, one in enumerate(ours) if one.where == naming.where)
     kept = {name for n, one in enumerate(ours) if n >= first or not one.is_of_file for name in one.values}

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import BodyVelocity, Pose, Reference
 from mobile_robot_control.reference.joining import join
-from mobile_robot_control.reference.motion import Turn, plan
+from mobile_robot_control.reference.motion import Pause, Turn, plan
 from mobile_robot_control.reference.path_parameters import Drive, PathParameters, PathRequest, Timing, path_violations
 from mobile_robot_control.reference.stopping import stop
 from mobile_robot_control.reference.waypoints import checked_waypoints
@@ -68,6 +68,38 @@ def test_a_path_is_driven_as_its_headings_and_directions_say(rows, options, expe
     found = parts(plan(request(rows, **options)))
     assert [str(one).lstrip('+-') if '180' in str(one) else one for one in found] == [
         str(one).lstrip('+-') if '180' in str(one) else one for one in expected]
+
+
+WAITS = {'smoothed': [(0.05 * n, 0.1 * math.sin(0.1 * n)) for n in range(41)],
+         'corners': [(0.0, 0.0), (0.7, 0.0), (1.4, 0.0), (1.4, 0.7)]}
+
+
+@pytest.mark.parametrize('name', WAITS)
+def test_a_cart_stands_at_a_waypoint_with_a_wait_and_goes_on_along_the_same_path(name):
+    points, number = WAITS[name], {'smoothed': 20, 'corners': 1}[name]
+    first, last, inner = 1.0, 0.5, 2.0
+    waits = [first if n == 0 else inner if n == number else last if n == len(points) - 1 else '' for n in range(
+        len(points))]
+    rows = [{'x': x, 'y': y, 'wait': wait} for (x, y), wait in zip(points, waits, strict=True)]
+    waypoints = checked_waypoints([(f'p.csv:{n}', row) for n, row in enumerate(rows, 1)], 'p.csv')
+    bare = PathRequest(waypoints._replace(waits=()), PathParameters(), TIMING, Drive())
+    through, motion = plan(bare), plan(bare._replace(waypoints=waypoints))
+    stands = [part for part in motion.parts if isinstance(part, Pause)]
+    assert [part.period for part in stands] == [first, inner, last]
+    assert motion.length == pytest.approx(through.length, rel=1e-6)
+    assert math.dist(stands[1].pose[:2], points[number]) <= 0.05
+    begin = motion.begins[2]
+    before, at, after = (motion.accelerated(begin + shift) for shift in (-1e-6, 0.5 * inner, inner + 1e-6))
+    assert at.velocity == (0.0, 0.0)
+    assert before.pose == pytest.approx(at.pose, abs=1e-5)
+    assert after.pose == pytest.approx(at.pose, abs=1e-5)
+
+
+def test_a_lap_with_a_wait_stands_there_in_each_lap():
+    rows = [{'x': x, 'y': y, 'wait': wait} for x, y, wait in ((0, 0, ''), (1, 0, 1.5), (1, 1, ''), (0, 1, ''))]
+    waypoints = checked_waypoints([(f'p.csv:{n}', row) for n, row in enumerate(rows, 1)], 'p.csv')
+    motion = plan(PathRequest(waypoints, PathParameters(closed=True, laps=2), TIMING, Drive()))
+    assert [part.period for part in motion.parts if isinstance(part, Pause)] == [1.5, 1.5]
 
 
 @pytest.mark.parametrize(('rows', 'options', 'words'), [

@@ -14,6 +14,7 @@ from mobile_robot_control.messages.writing import path_message
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.quantities import Pose
 from mobile_robot_control.reference.path_parameters import PathParameters
+from mobile_robot_control.reference.trajectory_parameters import TrajectoryParameters
 from mobile_robot_control.reference.waypoint_files import read_waypoints
 from mobile_robot_control.reference.waypoints import table_of
 from mobile_robot_control.runs import command as simulation
@@ -21,7 +22,7 @@ from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import at_cart_start, configure
 from mobile_robot_control.settings.files import load
-from mobile_robot_control.settings.recorded_path import waypoints_in
+from mobile_robot_control.settings.recorded_path import trajectory_in, waypoints_in
 
 SQUARE = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0))
 
@@ -159,6 +160,9 @@ def test_a_bag_gives_the_first_path_of_a_planner_or_the_poses_of_odometry(tmp_pa
     assert len(driven.points) == 201
     assert [math.hypot(x, y) for x, y in driven.points] == pytest.approx([1.0] * 201)
     assert driven.headings[0] == pytest.approx(math.pi / 2.0)
+    timed = trajectory_in(TrajectoryParameters(str(bag), 'reference'))
+    assert (timed.points, timed.headings, timed.frame) == (driven.points, driven.headings, 'odom')
+    assert (timed.times, timed.signs) == (tuple(n / 100 for n in range(201)), (1,) * 201)
     limits = {'max_linear_velocity': 0.5, 'max_linear_acceleration': 0.5}
     planned = plan(bag, parameters={'reference_cart.path.topic': '/reference', **{
         f'reference_cart.timing.{name}': value for name, value in limits.items()}})
@@ -174,6 +178,9 @@ def test_a_bag_gives_the_first_path_of_a_planner_or_the_poses_of_odometry(tmp_pa
     planner = waypoints_in(PathParameters(str(tmp_path / 'plans')))
     assert (planner.points, planner.frame) == (((0.0, 0.0), (1.0, 0.0), (2.0, 0.0)), 'map')
     assert planner.headings == pytest.approx((0.5,) * 3)
+    # whose poses have no stamps
+    with pytest.raises(ParameterError, match=r'/plan 1: t = 0 s does not follow 0 s'):
+        trajectory_in(TrajectoryParameters(str(tmp_path / 'plans')))
 
 
 _NAMES = {'x': ['x', 'X', 'x_m', 'x [m]', 'x(m)', '"x"', 'x [mm]', 'x_cm', 'x (ft)', 'X [km]'],

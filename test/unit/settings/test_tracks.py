@@ -2,7 +2,7 @@
 
 import pytest
 
-from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.curves import PATH, TRAJECTORY
 from mobile_robot_control.settings.configure import (
     ParameterSources,
     shipped_robots,
@@ -46,6 +46,22 @@ def copy(tmp_path):
 def test_the_place_of_its_path_does_not_change_the_content_of_a_track(copy):
     track = read_track('rectangle')
     assert read_track(str(copy)).content(UNCHANGED) == track.content(UNCHANGED)
+
+
+def test_a_track_may_be_a_trajectory_whose_points_count_and_not_their_place(tmp_path):
+    contents = []
+    for place, speed in (('here', 1.0), ('there', 1.0), ('faster', 1.1)):
+        folder = tmp_path / place
+        folder.mkdir()
+        (folder / 'points.csv').write_text('t,x,y\n' + ''.join(f'{n},{speed * n},0\n' for n in range(5)))
+        (folder / 'timed.yaml').write_text(
+            'track: {ros__parameters: {purpose: "Drives points."}}\n'
+            'reference_cart: {ros__parameters: {curve: trajectory, trajectory.file: points.csv}}\n')
+        track = read_track(str(folder / 'timed.yaml'))
+        assert track.parameters.curves == (TRAJECTORY,)
+        assert track.sources(UNCHANGED).configuration().plant.initial_pose == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+        contents.append(track.content(UNCHANGED))
+    assert contents[0] == contents[1] != contents[2]
 
 
 def test_what_changes_a_run_changes_the_content_of_a_track(copy):
