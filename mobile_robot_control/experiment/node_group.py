@@ -9,7 +9,7 @@ from rcl_interfaces.msg import ParameterType
 
 from mobile_robot_control.experiment.foreign_nodes import ForeignNode, ours
 from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
-from mobile_robot_control.experiment.recorder import NO_LIMIT, Recorder
+from mobile_robot_control.experiment.recorder import Recorder
 from mobile_robot_control.topics import LoopGraph
 
 SETTLE = 1.0
@@ -145,8 +145,7 @@ class NodeGroup:
         elif wait(lambda: self._recorder.hears('plant'), seconds):
             for name in late:
                 note(self._started(name))
-            if wait(lambda: self._recorder.hears('reference_cart'), seconds):
-                self._recorder.first = self._recorder.newest[self._loop.clock]
+            wait(lambda: self._recorder.hears('reference_cart'), seconds)
 
     def _find_flow_control(self, wait: _Wait) -> None:
         """Find out whether a plant of somebody else can be held: it may lack the parameters, or serve none."""
@@ -163,7 +162,6 @@ class NodeGroup:
         """Start the process that stops an attached robot when the run ends, or this process does."""
         # in lockstep nothing moves without an answer
         if not self._lockstep:
-            self._recorder.first = NO_LIMIT
             self._stopper = NodeProcess(
                 ['stopper'], [str(self._output.resolve()), self._namespace], self._output / 'log' / 'stopper.log',
                 [sys.executable, '-m', 'mobile_robot_control.experiment.stopping_process'])
