@@ -2,14 +2,14 @@
 
 import signal
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from rcl_interfaces.msg import ParameterType
 
 from mobile_robot_control.experiment.foreign_nodes import ForeignNode, ours
 from mobile_robot_control.experiment.node_processes import NodeProcess, stop_processes
-from mobile_robot_control.experiment.recorder import NO_LIMIT, Recorder
+from mobile_robot_control.experiment.recorder import Recorder
 from mobile_robot_control.topics import LoopGraph
 
 SETTLE = 1.0
@@ -18,6 +18,8 @@ _TRIES = 3
 """Of a question of DDS, whose answer may be lost while nodes discover each other."""
 _STANDING = 40.0
 """[s] of wall time, at most, until an attached robot stands and its process of zero commands has ended."""
+_Note = Callable[[int], None]
+_Wait = Callable[[Callable[[], bool], float], bool]
 
 
 class NodeGroup:
@@ -27,7 +29,7 @@ class NodeGroup:
     DDS discovery takes up to seconds, and a run must not begin before its recorder receives all of it: nodes start
     `paused`. A plant of somebody else may run as soon as it is answered. In lockstep it is started last, while the node
     of the last answer is suspended: the run begins when that goes on, recorded from its first message. Beside a plant
-    that runs already the cart is started last: without a reference nothing moves.
+    that runs already the cart is started last, since nothing moves without a reference.
 
     Parameters
     ----------
@@ -43,6 +45,8 @@ class NodeGroup:
         Whether simulated time waits for every node.
     recorder : Recorder
         Hears them.
+    duration : int
+        Of the run [ns].
 
     Attributes
     ----------
@@ -50,23 +54,23 @@ class NodeGroup:
         Of the nodes.
     flow_control : bool
         Whether the plant can be paused and held.
+    begun : int
+        First stamp of a run in lockstep [ns].
 
     """
 
     def __init__(
         self, output: Path, namespace: str, nodes: Mapping[str, ForeignNode], loop: LoopGraph, lockstep: bool,
-        recorder: Recorder,
+        recorder: Recorder, duration: int,
     ) -> None:
         self.processes: list[NodeProcess] = []
         self.flow_control = 'plant' not in nodes
+        self.begun, self._duration = 0, duration
         self._stopper: NodeProcess | None = None
         self._output, self._namespace, self._nodes = output, namespace, nodes
         self._loop, self._lockstep, self._recorder = loop, lockstep, recorder
 
-    def start(
-        self, composed: bool, note: Callable[[int], None], wait: Callable[[Callable[[], bool], float], bool],
-        seconds: float,
-    ) -> None:
+    def start(self, composed: bool, note: _Note, wait: _Wait, seconds: float) -> None:
         """
         Start all nodes that do not run already, paused.
 
@@ -94,19 +98,11 @@ class NodeGroup:
             note(self._started(*names))
         if is_late and not wait(lambda: self._recorder.all_discovered(but=last), seconds):
             return
-        if is_late and last == 'plant':
-            self._start_plant(note, wait, seconds)
-        # on the wall clock a paused plant is silent
-        elif plant is not None and wait(lambda: self._recorder.hears('plant') or (
-                not plant.is_attached and self._recorder.serves_parameters()), seconds):
-            # a robot is not paused
-            if self._lockstep or not plant.is_attached:
-                self._find_flow_control(wait)
-            if is_late:
-                note(self._started(last))
-            # the run of a robot begins with the first reference
-            if plant.is_attached and not self._lockstep and wait(lambda: self._recorder.hears(last), seconds):
-                self._recorder.first = self._recorder.newest[self._loop.clock]
+        late = [last] if is_late else []
+        if plant is not None and self._lockstep:
+            self._begin_in_lockstep(late, note, wait, seconds)
+        elif plant is not None:
+            self._begin_on_the_wall_clock(late, note, wait, seconds)
 
     def _started(self, *names: str) -> int:
         """Start nodes in one process, or one of somebody else; return the number of the process."""
@@ -120,10 +116,8 @@ class NodeGroup:
         self.processes.append(NodeProcess(names, arguments, log, words))
         return self.processes[-1].pid
 
-    def _start_plant(
-        self, note: Callable[[int], None], wait: Callable[[Callable[[], bool], float], bool], seconds: float
-    ) -> None:
-        """Start a plant of somebody else; nothing answers it before the recorder hears it."""
+    def _begin_in_lockstep(self, late: Sequence[str], note: _Note, wait: _Wait, seconds: float) -> None:
+        """Start the last node beside a plant of somebody else, which nothing answers before the recorder hears both."""
         # somebody else's nodes do not tell who listens to them
         if len(self._nodes) > 1:
             wait(lambda: False, SETTLE)
@@ -132,14 +126,28 @@ class NodeGroup:
         for process in answering:
             process.signal(signal.SIGSTOP)
         try:
-            note(self._started('plant'))
-            if wait(lambda: self._recorder.hears('plant'), seconds):
+            for name in late:
+                note(self._started(name))
+            if wait(lambda: all(map(self._recorder.hears, {'plant', *late})), seconds):
+                self.begun = self._recorder.newest[self._loop.clock]
+                self._recorder.last = self.begun + self._duration
                 self._find_flow_control(wait)
         finally:
             for process in answering:
                 process.signal(signal.SIGCONT)
 
-    def _find_flow_control(self, wait: Callable[[Callable[[], bool], float], bool]) -> None:
+    def _begin_on_the_wall_clock(self, late: Sequence[str], note: _Note, wait: _Wait, seconds: float) -> None:
+        """Find the plant of somebody else, and start the last node beside a robot, whose run begins with it."""
+        if not self._nodes['plant'].is_attached:
+            # as long as it is paused it is silent
+            if wait(lambda: self._recorder.hears('plant') or self._recorder.serves_parameters(), seconds):
+                self._find_flow_control(wait)
+        elif wait(lambda: self._recorder.hears('plant'), seconds):
+            for name in late:
+                note(self._started(name))
+            wait(lambda: self._recorder.hears('reference_cart'), seconds)
+
+    def _find_flow_control(self, wait: _Wait) -> None:
         """Find out whether a plant of somebody else can be held: it may lack the parameters, or serve none."""
         if not wait(self._recorder.serves_parameters, SETTLE):
             return
@@ -154,7 +162,6 @@ class NodeGroup:
         """Start the process that stops an attached robot when the run ends, or this process does."""
         # in lockstep nothing moves without an answer
         if not self._lockstep:
-            self._recorder.first = NO_LIMIT
             self._stopper = NodeProcess(
                 ['stopper'], [str(self._output.resolve()), self._namespace], self._output / 'log' / 'stopper.log',
                 [sys.executable, '-m', 'mobile_robot_control.experiment.stopping_process'])

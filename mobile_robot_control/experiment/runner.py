@@ -95,7 +95,8 @@ class ExperimentRunner:
         self._period = period_nanoseconds(shared.velocity_rate)
         self._end = round(parameters.plant.duration * shared.velocity_rate) * self._period
         self._position_period = period_nanoseconds(shared.position_rate)
-        self.group = NodeGroup(output, namespace, nodes, self.loop, self.lockstep, recorder)
+        self.group = NodeGroup(output, namespace, nodes, self.loop, self.lockstep, recorder,
+                               self._end)
         self._progress = RunProgress(bar, self._end / 1e9)
         self._start = 0
 
@@ -155,11 +156,10 @@ class ExperimentRunner:
         """Spin and move the progress bar until a condition holds, the run is over, or nothing moves."""
         newest, moved, looked = -1, time.monotonic(), 0.0
         plant = self._nodes.get('plant')
-        begins_at_zero = self.lockstep and not (plant and plant.is_attached)
-        if plant and not begins_at_zero:
+        if plant and not self.lockstep:
             self.spin_until(lambda: self.loop.clock in self.recorder.newest, self.patience)
-        start = self._start = 0 if begins_at_zero else self.recorder.newest.get(self.loop.clock, 0)
-        if plant and (self.lockstep or plant.is_attached):
+        start = self._start = self.group.begun if self.lockstep else self.recorder.newest.get(self.loop.clock, 0)
+        if plant and plant.is_attached:
             self.recorder.last = start + self._end
         while not self.is_over() and not done() and not self._is_at_end():
             self._turn()

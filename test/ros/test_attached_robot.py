@@ -7,7 +7,7 @@ import sys
 
 import pytest
 from geometry_msgs.msg import TwistStamped
-from helpers.harness import CONFIG, run_command
+from helpers.harness import CONFIG
 from helpers.processes import processes_of
 from nav_msgs.msg import Odometry
 
@@ -62,14 +62,3 @@ def test_it_stands_after_the_run_after_ctrl_c_and_when_its_recorder_is_killed(ro
     else:
         assert measured['outcome'] == 'interrupted'
     assert bag.read_bag(output / 'bag').samples
-
-
-def test_without_yes_nothing_starts(domain, tmp_path):
-    done = run_command('experiment', '--duration', '4', '--output', tmp_path / 'run', *DRIVEN)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith('would drive the robot for 4 s along the trifolium of 1 m, 16 s a lap; clear that')
-    assert not (tmp_path / 'run').exists()
-    for option in (('--compare', CONFIG / 'fuzzy.yaml'), ('--replay', tmp_path)):
-        done = run_command('experiment', '--duration', '4', '--output', tmp_path / 'run', *DRIVEN, *option)
-        assert done.returncode == 2
-        assert f'{option[0]} is not allowed with --attach' in done.stderr

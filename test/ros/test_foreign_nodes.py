@@ -93,6 +93,21 @@ def test_our_own_nodes_as_commands_have_the_numbers_of_the_rollout_on_a_busy_mac
 
 
 @pytest.mark.soak
+@pytest.mark.parametrize('options', [(), ('--composed',)])
+def test_a_plant_that_asks_already_is_recorded_from_its_first_question(domain, tmp_path, options):
+    plant = subprocess.Popen([sys.executable, EXAMPLES / 'plant.py'])
+    try:
+        done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'run', *BACKSTEPPING, '--no-report',
+                           '-p', 'plant.drive:=velocity', '--attach', 'plant', '--yes', *options)
+        assert done.returncode == 0, done.stderr
+        assert plant.poll() is None
+        _assert_equal(tmp_path / 'run', OF_THE_EXAMPLES['plant'])
+    finally:
+        plant.kill()
+        plant.wait()
+
+
+@pytest.mark.soak
 def test_a_replay_needs_the_same_command_and_equals_the_run(domain, tmp_path):
     first, again = tmp_path / 'first', tmp_path / 'again'
     node = ('--node', _command('position_controller', EXAMPLES / 'position_controller.py'))

@@ -79,3 +79,14 @@ def test_the_nodes_of_a_folder_are_those_of_its_provenance(tmp_path):
                            ({'provenance': {'nodes': 3}}, {})):
         (tmp_path / 'metrics.json').write_text(json.dumps(content))
         assert recorded_nodes(tmp_path) == nodes
+
+
+def test_an_attached_robot_does_not_move_without_yes_and_cannot_begin_again(tmp_path, capsys):
+    words = ['--duration', '4', '--output', str(tmp_path / 'out'), '--attach', 'plant']
+    assert experiment.main(words) == 0
+    assert capsys.readouterr().out.startswith(
+        'would drive the robot for 4 s along the trifolium of 1 m, 16 s a lap; clear that floor')
+    for option in ('--compare', '--replay'):
+        assert experiment.main([*words, option, 'x']) == 2
+        assert f'{option} is not allowed with --attach' in capsys.readouterr().err
+    assert not (tmp_path / 'out').exists()
