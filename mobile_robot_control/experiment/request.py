@@ -15,7 +15,7 @@ from mobile_robot_control.experiment.foreign_nodes import (
 from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader
-from mobile_robot_control.reference.curves import PATH
+from mobile_robot_control.reference.curves import OF_FILES
 from mobile_robot_control.ros.shared.process import LOAD_ERRORS, Stop, check_environment, load_fault
 from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.settings.files import read_namespace
@@ -126,7 +126,7 @@ class Experiments:
         parameters = self._configured()
         self._nodes(parameters)
         cart = parameters.reference_cart.curve
-        course = 'a path' if cart.curve == PATH else (
+        course = f'a {cart.curve}' if cart.curve in OF_FILES else (
             f'the {cart.curve} of {cart.placement.scale:g} m, {cart.placement.period:g} s a lap')
         if 'reference_cart' in {*self._request.attach, *(name for name, _ in self._request.node)}:
             course = 'the reference of another cart'
