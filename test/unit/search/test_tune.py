@@ -7,6 +7,7 @@ import pytest
 
 import mobile_robot_control as mrc
 from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.loop import batch
 from mobile_robot_control.search import command as tune
 from mobile_robot_control.settings.files import load
 
@@ -16,8 +17,15 @@ SMALL = {'/**.velocity_rate': 100.0, '/**.position_rate': 50.0, 'reference_cart.
 SHORT = [word for name, value in SMALL.items() for word in ('-p', f'{name}:={value}')]
 
 
+@pytest.fixture(scope='module', autouse=True)
+def uncompiled():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(batch, 'COMPILES', False)
+        yield
+
+
 @pytest.fixture(scope='module')
-def found():
+def found(uncompiled):
     return mrc.tune('backstepping', seed=3, parameters=SMALL, generations=3, population=6, workers=1,
                     bounds={'k1': (0, 2), 'k2': (0, 2)}, keep=['ti1'], laps=0.8, start=[(-0.01, 0.0, 0.0)])
 

@@ -4,10 +4,12 @@ import csv
 import json
 
 import numpy as np
+import pytest
 from helpers.harness import numbers_in
 
 import mobile_robot_control as mrc
 from mobile_robot_control.control.laws import LAWS
+from mobile_robot_control.loop import batch
 from mobile_robot_control.loop.scenarios import Scenario
 from mobile_robot_control.studying import command as study
 from mobile_robot_control.studying import engine
@@ -16,6 +18,11 @@ from mobile_robot_control.studying import engine
 SMALL = {'/**.velocity_rate': 100.0, '/**.position_rate': 50.0, 'reference_cart.period': 0.5,
          'reference_cart.scale': 0.05}
 SHORT = [word for name, value in SMALL.items() for word in ('-p', f'{name}:={value}')]
+
+
+@pytest.fixture(autouse=True)
+def uncompiled(monkeypatch):
+    monkeypatch.setattr(batch, 'COMPILES', False)
 
 
 def test_every_law_is_studied_in_the_same_scenarios(monkeypatch):
