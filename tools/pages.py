@@ -50,6 +50,8 @@ def parts() -> list[Part]:
         Part('tools/claims_table.py', ('docs/results.md',)),
         # two hours where the tracks or searches behind it have changed; it can be interrupted
         Part('tools/benchmark_results.py', ('docs/results.md', 'README.md', 'docs/images/benchmark_laws.png')),
+        # an hour and a half, likewise
+        Part('tools/velocity_law_results.py', ('docs/results.md',)),
         Part('tools/path_results.py', ('docs/results.md',)),
         Part('tools/result_pictures.py', ('docs/images/results_lemniscate.png', 'docs/images/results_trifolium.png',
                                           'docs/images/starts_map.png', 'docs/images/parking.png'), ('docs/images',)),

@@ -5,6 +5,7 @@ import json
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from benchmark_results import length
@@ -94,6 +95,18 @@ def _cell(numbers: Mapping[str, Any]) -> str:
     return f'{f"**{rank}**" if first == 1 else rank}: {length(numbers[RANKED])}, {variation}{fails}'
 
 
+def _roughness(rows: Sequence[Mapping[str, Any]], fed: bool) -> str:
+    """Return how much rougher the torques of the PI law are, in a sentence."""
+    ratios = []
+    for row in rows:
+        if row['feedforward'] is fed:
+            own, *others = (row['laws'][name]['torque_variation'] for name in VELOCITY_LAWS)
+            ratios.append(own / min(others))
+    return (f'{"With feedforward" if fed else "Without feedforward"} the variation of the torques of `pi` is '
+            f'{median(ratios):.2g} times that of the smoothest law of its row (median; {min(ratios):.2g} to '
+            f'{max(ratios):.2g}).')
+
+
 def table_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """Yield the counts of each law, and a table for each position law."""
     yield from (table_row(['velocity law', f'unbeaten in, of {len(rows)}', 'better', 'worse']), '|---|---|---|---|')
@@ -102,6 +115,7 @@ def table_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         yield table_row([name, str(sum(row['laws'][name]['ranks'][0] == 1 for row in rows)),
                          str(sum(better == name for better, _ in pairs)),
                          str(sum(worse == name for _, worse in pairs))])
+    yield from ('', ' '.join(_roughness(rows, fed) for fed in (False, True)))
     for law in LAWS:
         yield from ('', f'With `{law}`:', '', table_row(['track', *VELOCITY_LAWS]), f'|{"---|" * 5}')
         own = [row for row in rows if row['law'] == law]
