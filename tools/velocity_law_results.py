@@ -32,23 +32,24 @@ COMMAND = ' '.join([
 _FOLDER = Path('runs/velocity_laws')
 
 
-def _asked() -> Benchmark:
+def asked() -> Benchmark:
+    """Return the benchmark of all pairs."""
     return Benchmark(BenchmarkRequest(ParameterSources(), LAWS, TRACKS, VELOCITY_LAWS, seeds=SEEDS, feedforward=True,
                                       budgets=(300,), scenarios=6, runs=50, restarts=1))
 
 
-def fingerprint(asked: Benchmark) -> str:
+def fingerprint(benchmark: Benchmark) -> str:
     """Return a few digits that change with the arithmetic, with tracks and with what is searched."""
-    content = [ARITHMETIC, COMMAND, *(track.content(ParameterSources()) for track in asked.tracks.values()),
+    content = [ARITHMETIC, COMMAND, *(track.content(ParameterSources()) for track in benchmark.tracks.values()),
                *(search_genes(VELOCITY, velocity_law=law) for law in VELOCITY_LAWS)]
     return hashlib.sha256(repr(content).encode()).hexdigest()[:12]
 
 
 def stored(store: Path) -> dict[str, Any]:
     """Return the stored numbers, measured again where tracks or searches have changed: an hour, resumable."""
-    asked = _asked()
+    benchmark = asked()
     found: dict[str, Any] = json.loads(store.read_text(encoding='utf-8')) if store.exists() else {}
-    if found.get('fingerprint') != fingerprint(asked):
+    if found.get('fingerprint') != fingerprint(benchmark):
         output_of(COMMAND, '--output', str(_FOLDER), '--resume', progress=True)
         found = keep(store, _FOLDER)
     return found
@@ -56,11 +57,11 @@ def stored(store: Path) -> dict[str, Any]:
 
 def keep(store: Path, folder: Path) -> dict[str, Any]:
     """Collect the cells of a folder into the place where the result is kept, with its fingerprint; return it."""
-    asked = _asked()
-    done = asked.held(folder / 'cells')
-    if len(done) < len(asked.cells):
-        raise SystemExit(f'{folder}: {len(done)} of {len(asked.cells)} cells are done; call it again to go on')
-    found = {'fingerprint': fingerprint(asked), 'rows': [*_rows(done)]}
+    benchmark = asked()
+    done = benchmark.held(folder / 'cells')
+    if len(done) < len(benchmark.cells):
+        raise SystemExit(f'{folder}: {len(done)} of {len(benchmark.cells)} cells are done; call it again to go on')
+    found = {'fingerprint': fingerprint(benchmark), 'rows': [*_rows(done)]}
     store.write_text(json.dumps(found, indent=1) + '\n', encoding='utf-8')
     return found
 
@@ -123,7 +124,7 @@ def table_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
                 row['track'])):
             yield table_row([row['track'] + ', feedforward' * row['feedforward'],
                              *(_cell(row['laws'][name]) for name in VELOCITY_LAWS)])
-    yield from ('', '```sh', *COMMAND.replace(' --', ' \\\n  --').splitlines(), '```')
+    yield from ('', f'To repeat: `{COMMAND}`.')
 
 
 def main(results: Path) -> None:

@@ -280,7 +280,8 @@ def _parts(
     if problems:
         yield page.warning('What is missing', problems)
     if drives:
-        yield page.section('drive', 'By the path', *drives.html(), page.grid(one.html for one in by_path))
+        yield page.section('drive', 'By the path', *drives.html(), *(
+            f'<div style="max-width: 38rem">{one.html}</div>' for one in by_path))
     yield page.section('metrics', 'Metrics', metrics_table(runs))
     if events:
         yield page.section('events', 'Events', *events)

@@ -11,6 +11,7 @@ import claims_table
 import path_results
 import pytest
 import robot_results
+import velocity_law_results
 from benchmark_results import STORE, SUMMARY, TABLE, table_lines
 from chapter_figures import claims
 from chapter_figures.runs import LAP, Runs, StepTick
@@ -39,6 +40,13 @@ def test_the_results_on_paths_are_those_stored_for_the_present_paths_and_searche
     part = path_results.PART
     assert PATHS['fingerprint'] == path_results.paths_fingerprint()
     assert part.found(RESULTS) == part.marked(PATHS['fingerprint'], path_results.path_lines(PATHS))
+
+
+def test_the_results_of_the_velocity_laws_are_those_stored_for_the_present_tracks():
+    values = json.loads((ROOT / 'docs' / velocity_law_results.STORE).read_text(encoding='utf-8'))
+    part, digits = velocity_law_results.TABLE, velocity_law_results.fingerprint(velocity_law_results.asked())
+    assert values['fingerprint'] == digits
+    assert part.found(RESULTS) == part.marked(digits, velocity_law_results.table_lines(values['rows']))
 
 
 def test_a_sentence_names_the_laws_that_no_other_is_known_to_beat():
