@@ -17,6 +17,7 @@ from mobile_robot_control.benchmarking.ranking import RANKED, better_pairs, pair
 from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest
 from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.loop.monte_carlo import JudgedRuns
+from mobile_robot_control.runs.words import three_digits
 from mobile_robot_control.search.space import VELOCITY, search_genes
 from mobile_robot_control.settings.configure import ParameterSources
 
@@ -92,7 +93,7 @@ def _cell(numbers: Mapping[str, Any]) -> str:
     first, last = numbers['ranks']
     rank = f'{first}' if first == last else f'{first}–{last}'
     fails = f', {100.0 * numbers["fails"]:.2g} % fail' if numbers['fails'] else ''
-    variation = '–' if numbers['torque_variation'] is None else f'{numbers["torque_variation"]:.3g} N m'
+    variation = '–' if numbers['torque_variation'] is None else f'{three_digits(numbers["torque_variation"])} N m'
     return f'{f"**{rank}**" if first == 1 else rank}: {length(numbers[RANKED])}, {variation}{fails}'
 
 
