@@ -126,6 +126,7 @@ REVERSING = """
 """
 
 
+@pytest.mark.soak
 def test_new_paths_at_a_cusp_backwards_and_in_a_turn_are_replayed_to_the_last_bit(robot, tmp_path):
     recorded, replayed = tmp_path / 'recorded', tmp_path / 'replayed'
     (tmp_path / 'reversing.yaml').write_text(REVERSING)

@@ -1,11 +1,13 @@
 """The lesson of windup, which starts a plant of its own, and takes back what it changed."""
 
+import pytest
 from helpers.lesson_solutions import SOLUTIONS, begin
 
 _CHANGED = {'/plant': ('max_wheel_torque', 'initial_pose', 'real_time_factor', 'paused'),
             '/velocity_controller': ('max_wheel_torque',)}
 
 
+@pytest.mark.soak
 def test_the_lesson_of_windup_is_passed_by_keyboard_and_leaves_nothing_behind(page, live):
     def values():
         return {(node, name): live.asker.value(node, name) for node, names in _CHANGED.items() for name in names}
