@@ -8,8 +8,10 @@ from page_part import PagePart, table_row
 from mobile_robot_control.drives.drive_metrics import DRIVE_METRICS
 from mobile_robot_control.loop.metric_table import INDEX_METRICS, RUN_METRICS, Metric
 
-_TABLES = ((PagePart('table of metrics'), RUN_METRICS), (PagePart('table of performance indices'), INDEX_METRICS),
-           (PagePart('table of drives'), DRIVE_METRICS))
+_TABLES = (
+    (PagePart('table of metrics'), RUN_METRICS, 'loop/metric_table.py'),
+    (PagePart('table of performance indices'), INDEX_METRICS, 'loop/metric_table.py'),
+    (PagePart('table of drives'), DRIVE_METRICS, 'drives/drive_metrics.py'))
 
 
 def _lines(metrics: Sequence[Metric]) -> list[str]:
@@ -20,7 +22,7 @@ def _lines(metrics: Sequence[Metric]) -> list[str]:
 
 def parts() -> list[tuple[PagePart, str]]:
     """Return the parts of the page with their marks."""
-    return [(part, part.marked('loop/metric_table.py', _lines(metrics))) for part, metrics in _TABLES]
+    return [(part, part.marked(origin, _lines(metrics))) for part, metrics, origin in _TABLES]
 
 
 if __name__ == '__main__':

@@ -73,7 +73,7 @@ class DriveMetrics(NamedTuple):
     ambiguous: float
 
 
-class Motion(NamedTuple):
+class DrivenMotion(NamedTuple):
     """
     The motion of a robot.
 
@@ -91,10 +91,10 @@ class Motion(NamedTuple):
     pose: Floats
     velocity: Floats
 
-    def within(self, begin: float, end: float) -> 'Motion':
+    def within(self, begin: float, end: float) -> 'DrivenMotion':
         """Return the motion between two times [s]."""
         chosen = slice(int(np.searchsorted(self.time, begin)), int(np.searchsorted(self.time, end, side='right')))
-        return Motion(self.time[chosen], self.pose[chosen], self.velocity[chosen])
+        return DrivenMotion(self.time[chosen], self.pose[chosen], self.velocity[chosen])
 
 
 class Places(NamedTuple):
@@ -122,7 +122,7 @@ def lengths_of(path: Floats) -> Floats:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def places_on(path: Floats, motion: Motion) -> Places:
+def places_on(path: Floats, motion: DrivenMotion) -> Places:
     """
     Find a motion on its path: the nearest point, sought from the last place on within twice the driven distance.
 
@@ -132,7 +132,7 @@ def places_on(path: Floats, motion: Motion) -> Places:
     ----------
     path : array of float, shape (m, 2) or wider
         A polyline [m].
-    motion : Motion
+    motion : DrivenMotion
         Of at least one sample.
     """
     points, lengths = path[:, :2].tolist(), lengths_of(path).tolist()
@@ -172,7 +172,7 @@ def _nearest(
     return best, least
 
 
-def _ambiguous(path: Floats, motion: Motion, places: Places) -> float:
+def _ambiguous(path: Floats, motion: DrivenMotion, places: Places) -> float:
     """Return the share of looks, evenly along the drive, at which another part of the path is nearer."""
     driven = lengths_of(motion.pose)
     looks = np.unique(np.searchsorted(driven, np.linspace(0.0, driven[-1], _LOOKS)))
@@ -187,7 +187,7 @@ def _ambiguous(path: Floats, motion: Motion, places: Places) -> float:
     return float(nearer / looks.size) if looks.size else 0.0
 
 
-def drive_metrics(path: Floats, motion: Motion, places: Places, commands: Floats, half: float) -> DriveMetrics:
+def drive_metrics(path: Floats, motion: DrivenMotion, places: Places, commands: Floats, half: float) -> DriveMetrics:
     """
     Measure a drive.
 
@@ -195,7 +195,7 @@ def drive_metrics(path: Floats, motion: Motion, places: Places, commands: Floats
     ----------
     path : array of float, shape (m, 3)
         x, y [m] and heading [rad], nan where it has none.
-    motion : Motion
+    motion : DrivenMotion
         From the beginning of the drive to its end, at least one sample.
     places : Places
         Of the motion.

@@ -8,8 +8,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from mobile_robot_control.drives.drive_metrics import DriveMetrics, Motion, Places, drive_metrics, places_on
-from mobile_robot_control.drives.plans import REFERENCE, Plan, Plans, plans_of
+from mobile_robot_control.drives.drive_metrics import DriveMetrics, DrivenMotion, Places, drive_metrics, places_on
+from mobile_robot_control.drives.plans import REFERENCE, GoalPlan, Plans, plans_of
 from mobile_robot_control.figures.figure import Floats
 from mobile_robot_control.model.robot import half_separation
 from mobile_robot_control.parameters.declaration import Field, ParameterError
@@ -47,7 +47,7 @@ class JudgedDrive(NamedTuple):
         Whose poses: TRUE, LOCALISED or MEASURED.
     path : array of float, shape (m, 3)
         x, y [m] and heading [rad] of the last plan.
-    motion : Motion
+    motion : DrivenMotion
         In the frame of the path.
     places : Places
         Of the motion on its plan, or on its plans in turn.
@@ -58,7 +58,7 @@ class JudgedDrive(NamedTuple):
     name: str
     kind: str
     path: Floats
-    motion: Motion
+    motion: DrivenMotion
     places: Places
     metrics: DriveMetrics
 
@@ -108,13 +108,13 @@ def judged_drives(
     return drives, list(dict.fromkeys(notes))
 
 
-def _motions(run: Run, plans: Plans) -> Iterator[tuple[str, Motion]]:
+def _motions(run: Run, plans: Plans) -> Iterator[tuple[str, DrivenMotion]]:
     """Yield the kinds of poses that are known in the frame of the path, the best one first, each with its motion."""
     for topic, kind in ((GROUND_TRUTH, TRUE), ('odom', MEASURED)):
         signal = run.series.signals[topic]
         if not signal.stamps.size:
             continue
-        motion = Motion(run.series.time(topic), signal.values[:, :3], signal.values[:, 3:5])
+        motion = DrivenMotion(run.series.time(topic), signal.values[:, :3], signal.values[:, 3:5])
         if plans.corrections:
             if topic == 'odom':
                 yield LOCALISED, _corrected(motion, plans.corrections)
@@ -122,7 +122,7 @@ def _motions(run: Run, plans: Plans) -> Iterator[tuple[str, Motion]]:
             yield kind, motion
 
 
-def _corrected(motion: Motion, corrections: Sequence[tuple[float, Pose]]) -> Motion:
+def _corrected(motion: DrivenMotion, corrections: Sequence[tuple[float, Pose]]) -> DrivenMotion:
     """Return a motion in the frame of the path: with each pose the last correction up to its time, or the first."""
     times = np.array([time for time, _ in corrections])
     places = np.maximum(np.searchsorted(times, motion.time, side='right') - 1, 0).tolist()
@@ -131,7 +131,7 @@ def _corrected(motion: Motion, corrections: Sequence[tuple[float, Pose]]) -> Mot
     return motion._replace(pose=np.array(poses, float))
 
 
-def _judged(name: str, kind: str, plans: Sequence[Plan], motion: Motion, run: Run) -> JudgedDrive:
+def _judged(name: str, kind: str, plans: Sequence[GoalPlan], motion: DrivenMotion, run: Run) -> JudgedDrive:
     begin = plans[0].begin if math.isfinite(plans[0].begin) else float(motion.time[0])
     own = motion._replace(time=motion.time - begin)
     ends = [*(plan.begin - begin for plan in plans[1:]), math.inf]
@@ -150,7 +150,7 @@ def _judged(name: str, kind: str, plans: Sequence[Plan], motion: Motion, run: Ru
     return JudgedDrive(name, kind, plans[-1].poses, own, places, metrics)
 
 
-def _reset(plans: Sequence[Plan], motion: Motion) -> str:
+def _reset(plans: Sequence[GoalPlan], motion: DrivenMotion) -> str:
     """Return what newer plans do to the error, in words."""
     apart = []
     for plan in plans[1:]:

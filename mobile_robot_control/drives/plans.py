@@ -38,7 +38,7 @@ _LATE = 60.0
 """[s] outside of the recording at which the stamp of a plan is not believed."""
 
 
-class Plan(NamedTuple):
+class GoalPlan(NamedTuple):
     """
     A path that a robot is to drive.
 
@@ -63,7 +63,7 @@ class Plans(NamedTuple):
 
     Attributes
     ----------
-    goals : list of list of Plan
+    goals : list of list of GoalPlan
         For each goal in turn its plans, the first one of which came with it.
     odometry : str
         Frame of odometry; '' if unknown.
@@ -73,7 +73,7 @@ class Plans(NamedTuple):
         What is missing for corrections, in words; '' where nothing is.
     """
 
-    goals: list[list[Plan]]
+    goals: list[list[GoalPlan]]
     odometry: str = ''
     corrections: Sequence[tuple[float, Pose]] = ()
     missing: str = ''
@@ -109,7 +109,7 @@ def plans_of(run: Run, place: Path, path: str, namespace: str, topics: Mapping[s
         waypoints = read_waypoints(path)
         headings = [np.nan if heading is None else heading for heading in waypoints.headings]
         poses = np.column_stack([waypoints.points, headings or np.full(len(waypoints.points), np.nan)])
-        plan = Plan(-np.inf, waypoints.frame, poses)
+        plan = GoalPlan(-np.inf, waypoints.frame, poses)
         held = _Recorded(run, bag, '', namespace, topics, waypoints.frame) if bag and waypoints.frame else None
         return held.plans([[plan]]) if held else Plans([[plan]])
     if bag is None:
@@ -123,19 +123,19 @@ def plans_of(run: Run, place: Path, path: str, namespace: str, topics: Mapping[s
     return held.plans(_by_goal(held.read))
 
 
-def _driven_reference(run: Run) -> Plan:
+def _driven_reference(run: Run) -> GoalPlan:
     """Return the way of the recorded reference, without its standstills."""
     signal = run.series.signals['reference']
     if signal.stamps.size < 2:
         raise ParameterError([f'--path {REFERENCE}: {run.name} has no recorded reference; name a topic or a file'])
     poses = signal.values[:, :3]
     moved = np.hypot(*np.diff(poses[:, :2], axis=0).T) > _MOVES
-    return Plan(-np.inf, '', poses[np.concatenate([[True], moved])])
+    return GoalPlan(-np.inf, '', poses[np.concatenate([[True], moved])])
 
 
-def _by_goal(plans: Sequence[Plan]) -> list[list[Plan]]:
+def _by_goal(plans: Sequence[GoalPlan]) -> list[list[GoalPlan]]:
     """Divide plans where one ends elsewhere than the one before."""
-    goals: list[list[Plan]] = []
+    goals: list[list[GoalPlan]] = []
     for plan in plans:
         if goals and np.hypot(*(plan.poses[-1] - goals[-1][-1].poses[-1])[:2]) <= _SAME_GOAL:
             goals[-1].append(plan)
@@ -153,7 +153,7 @@ class _Recorded:
         self._files = BagFiles(bag, lambda *_: None)
         prefix = f'{namespace.rstrip("/")}/'
         path, odom = (name if name.startswith('/') else prefix + name for name in (topic, topics.get('odom', 'odom')))
-        self.read: list[Plan] = []
+        self.read: list[GoalPlan] = []
         self._frame, self._odometry, self._transforms = frame, '', list[tuple[bool, Message]]()
         for message in self._files.messages(lambda name: name in (path, odom, *_TF)):
             if message.topic in _TF:
@@ -176,7 +176,7 @@ class _Recorded:
             # nobody set an orientation
             poses[:, 2] = np.nan
         self._frame = self._frame or content.header.frame_id.lstrip('/')
-        self.read.append(Plan(self._time(serialised_stamp(message.data), message.received),
+        self.read.append(GoalPlan(self._time(serialised_stamp(message.data), message.received),
                               content.header.frame_id.lstrip('/'), poses))
 
     def _time(self, stamp: int, received: int) -> float:
@@ -186,7 +186,7 @@ class _Recorded:
             stamp = int(np.interp(received, self._odom.received, stamps))
         return (stamp - self._origin) / 1e9
 
-    def plans(self, goals: list[list[Plan]]) -> Plans:
+    def plans(self, goals: list[list[GoalPlan]]) -> Plans:
         """Return plans with the corrections of odometry to their frame."""
         if self._frame in ('', self._odometry) or not self._odometry:
             return Plans(goals, self._odometry)

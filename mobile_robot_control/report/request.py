@@ -122,7 +122,8 @@ def report(
     for name, (_, path) in zip(distinct([printable(name) for name, _ in named]), named, strict=True):
         try:
             first, *others = _repetitions(path) if by_path.path else [path]
-            run = load_run(name, first, namespace, quiet=quiet, topics=topics, timed=by_path.path is None)
+            run, *again = (load_run(name if not n else f'{name} {n + 1}', place, namespace, quiet=quiet, topics=topics,
+                                    timed=by_path.path is None) for n, place in enumerate((first, *others)))
         except UnreadableRunError as error:
             unreadable.append(printable(str(error)))
             if len(named) > 1:
@@ -132,10 +133,8 @@ def report(
             for problem in run.problems:
                 print(f'report: {name}: {printable(problem)}', file=sys.stderr)
             if by_path.path:
-                repeated = [(runs[-1], first), *((load_run(f'{name} {n}', place, namespace, quiet=quiet, topics=topics,
-                                                           timed=False)._replace(parameters=runs[-1].parameters), place)
-                                                 for n, place in enumerate(others, 2))]
-                for repetition, place in repeated:
+                repeated = [runs[-1], *(one._replace(parameters=runs[-1].parameters) for one in again)]
+                for repetition, place in zip(repeated, (first, *others), strict=True):
                     judged, told = judged_drives(repetition, place, by_path, namespace, topics or {})
                     drives.setdefault(name, []).extend(judged)
                     notes += told

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from mobile_robot_control.drives.drive_metrics import Motion, drive_metrics, places_on
+from mobile_robot_control.drives.drive_metrics import DrivenMotion, drive_metrics, places_on
 
 NO_COMMANDS = np.zeros((0, 2))
 
@@ -17,7 +17,7 @@ def along(points, speed=0.5, rate=50.0, omega=0.0):
     time = np.arange(0.0, lengths[-1] / speed + 0.5 / rate, 1.0 / rate)
     xy = np.column_stack([np.interp(time * speed, lengths, column) for column in np.array(points).T])
     pose = np.column_stack([xy, np.zeros(time.size)])
-    return Motion(time, pose, np.column_stack([np.full(time.size, speed), np.full(time.size, omega)]))
+    return DrivenMotion(time, pose, np.column_stack([np.full(time.size, speed), np.full(time.size, omega)]))
 
 
 def path_of(points, heading=math.nan):

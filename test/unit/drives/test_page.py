@@ -22,3 +22,10 @@ def test_repetitions_are_compared_as_groups_and_single_drives_side_by_side(tmp_p
     page = (tmp_path / 'one' / 'report.html').read_text()
     assert 'cross-track error, RMS' in page
     assert 'Medians of the drives' not in page
+
+
+def test_a_repetition_that_cannot_be_read_is_refused_by_name(tmp_path, capsys):
+    mrc.simulate(duration=0.1).save(tmp_path / 'one.csv')
+    group = f'a={tmp_path}/one.csv,{tmp_path}/none.csv'
+    assert report.main([group, '--path', 'reference', '--output', str(tmp_path / 'out')]) == 2
+    assert 'none.csv: does not exist' in capsys.readouterr().err
