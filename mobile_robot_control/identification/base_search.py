@@ -41,6 +41,8 @@ _LEAST = (0.03, 0.06)
 """[m/s, rad/s]: a command with no larger variation is no excitation."""
 _SECOND = 0.2
 """A second lag above this share of the first one counts."""
+_NO_LAG = 2e-3
+"""[s]: a lag below it ends at the bound of its search."""
 _QUANTA = np.geomspace(0.01, 0.4, 40)
 """Shares of the largest command that are tried as its quantum."""
 _CHI2 = 3.84
@@ -193,7 +195,9 @@ def fit_base(
                 del zones[DEAD_ZONES[n]], fixed[DEAD_ZONES[n]]
             else:
                 zones[DEAD_ZONES[n]], fixed[DEAD_ZONES[n]] = zone, zone[0]
-    return BaseFit(final.estimate(_without_what_is_not_told(estimated), fixed, 3), zones, fixed, excited,
+    last = final.estimate(_without_what_is_not_told(estimated), fixed, 3)
+    shown = _without_lags_that_may_be_none(last)
+    return BaseFit(last if len(shown) == len(last.names) else final.estimate(shown, fixed, 3), zones, fixed, excited,
                    _second_lags(search, estimated, fixed, channels))
 
 
@@ -210,7 +214,8 @@ def _second_lags(
     if not _is_worth(before, after):
         return {}
     lags = {'vω'[n]: tuple(sorted((_values(after)[LAGS[n]], _values(after)[SECOND_LAGS[n]]))) for n in channels}
-    return {name: (larger, smaller) for name, (smaller, larger) in lags.items() if smaller > _SECOND * larger}
+    return {name: (larger, smaller) for name, (smaller, larger) in lags.items() if smaller > max(
+        _NO_LAG, _SECOND * larger)}
 
 
 def _without_what_is_not_told(estimated: Estimate) -> dict[str, float]:
@@ -218,6 +223,13 @@ def _without_what_is_not_told(estimated: Estimate) -> dict[str, float]:
     widths = dict(zip(estimated.names, Z95 * estimated.deviations, strict=True))
     return {name: value for name, value in _values(estimated).items()
             if not name.startswith('base.max_') or widths[name] < value}
+
+
+def _without_lags_that_may_be_none(estimated: Estimate) -> dict[str, float]:
+    """Return the values of an estimate, without lags that do not show beside the dead time."""
+    return {name: value for (name, value), deviation in zip(
+        _values(estimated).items(), estimated.deviations.tolist(), strict=True)
+        if name not in LAGS or value > max(_NO_LAG, Z95 * deviation)}
 
 
 def _values(estimated: Estimate) -> dict[str, float]:

@@ -12,7 +12,7 @@ recording shows them. A model fitted without the last fifth of each bag predicts
 is written with --accept alone. Intervals of a model that fails a test are wider by its error. Numbers that the
 recording leaves open are named with what to record, and not written.
 
-- `base.dead_time` includes the latency of odometry, unless --same-clock separates them.
+- `base.dead_time` includes the latency of odometry, unless --same-clock separates them, and a lag too short to show.
 - A pose from outside, `ground_truth` in any frame, gives `odometry.radius_error`, `odometry.separation_error` and
   `odometry.slip`; without one, `wheel_gain` and `turn_gain` are those that odometry shows.
 - Torques tell `A + B`, `A - B` and friction; mass and inertia follow from these with the given `wheel_inertia`

@@ -197,10 +197,14 @@ def _lacks_of_torque(recordings: Sequence[Recorded]) -> Iterator[Lack]:
     usable = sum(float(np.diff(one.wheels.times)[one.wheels.usable].sum()) for one in with_efforts if one.wheels)
     if usable < 0.5 * _SHORTEST:
         yield Lack(f'efforts are known for {usable:.1f} s only', 'record them with each message, for a minute', True)
-    both = np.concatenate([one.wheels.speeds[one.wheels.usable] for one in with_efforts if one.wheels])
-    spread = np.ptp(both, axis=0)
-    if float(np.ptp(both[:, 0] - both[:, 1])) < 0.05 * float(spread.max()):
+    if not turns(with_efforts):
         yield Lack('the robot drives straight ahead only: its inertia does not show', f'{_EXCITE}, turns included')
+
+
+def turns(recordings: Sequence[Recorded]) -> bool:
+    """Return whether the speeds of the wheels differ enough to tell the inertia."""
+    both = np.concatenate([one.wheels.speeds[one.wheels.usable] for one in recordings if one.wheels])
+    return float(np.ptp(both[:, 0] - both[:, 1])) >= 0.05 * float(np.ptp(both, axis=0).max())
 
 
 def not_seen(fit: BaseFit, recordings: Sequence[Recorded]) -> list[str]:

@@ -37,6 +37,8 @@ from mobile_robot_control.settings.nodes import Configuration
 
 TIME_CONSTANT = 'plant.motor.time_constant'
 _NAMES = ('motor gain', TIME_CONSTANT, 'delay of torques')
+_NO_MOTION = 1e-12
+"""[m², rad²]: a sum of squares below it is none."""
 _STEP = 1e-3
 """[s] of the grid on which the lag is computed."""
 _STARTS = (0.003, 0.02, 0.1)
@@ -285,7 +287,8 @@ def _start(cut: Sequence[Known], values: Sequence[Floats], robot: Robot, tell: C
                                        VISCOUS: viscous * friction}, robot)
             left = [target - found for target, found in zip(values, model.outputs(model.start), strict=True)]
             costs.append((np.concatenate(left) ** 2).sum(axis=0))
-        sums = np.array(costs) / (np.concatenate(values) ** 2).sum(axis=0)
+        # a robot that drives exactly straight ahead has no turn to explain
+        sums = np.array(costs) / np.maximum((np.concatenate(values) ** 2).sum(axis=0), _NO_MOTION)
         cost = float(sums.min(axis=0).sum())
         if cost < best[0]:
             mass, inertia = (_FACTORS[n] for n in sums.argmin(axis=0))
@@ -304,7 +307,8 @@ def identify_torques(
     parameters = [interval_of(name, value, deviation, unit) for name, value, deviation, unit in zip(
         estimated.names, estimated.values.tolist(), estimated.deviations.tolist(), ('kg', 'kg m²', 'N m s/rad', 'N m'),
         strict=False)]
-    kept = [one for one in parameters if is_narrow(one)]
+    narrow = [one for one in parameters if is_narrow(one)]
+    kept = [one for one in narrow if one.name != INERTIA or findings.turns(usable)]
     index = [estimated.names.index(one.name) for one in kept]
     motors = fit_motors(usable, tell)
     driven, motion = motor_parameters(motors) if motors else ([], [])
@@ -319,7 +323,7 @@ def identify_torques(
     notes = [f'wheel_inertia {robot.wheel_inertia} kg m², com_offset {robot.com_offset} m, radius '
              f'{robot.wheel_radius} m and separation {robot.wheel_separation} m are given: torques tell A + B and '
              'A - B, of which mass and inertia are made with these']
-    wide = [left_out(one) for one in parameters if one not in kept]
+    wide = [left_out(one) for one in parameters if one not in narrow]
     return Identification(
         drive=TORQUE, parameters=(*kept, *driven), names=tuple(one.name for one in kept),
         covariance=estimated.covariance[np.ix_(index, index)], reported=(*_combinations(estimated, robot), *motion),

@@ -137,6 +137,8 @@ _CLOCK_ERROR = (5e-5, 0.015)
 """Error of a clock offset by the fastest messages of a recording: [s], and as a share of their jitter."""
 _AGED = 0.005
 """[s] from stamp to receipt: a message that is stamped when it is sent is younger."""
+_WHOLE = 1e-3
+"""Share of a rate by which it may miss a whole number of Hz."""
 _ONE_CLOCK = ('dead_time holds the latency of odometry, too: one clock that stamps and records both, and --same-clock, '
               'tell them apart')
 _NO_AGE = ('dead_time holds the latency of odometry, too: odometry is received as soon as it is stamped, so that its '
@@ -286,7 +288,10 @@ def _delays(kept: Sequence[Parameter], latency: float | None) -> tuple[list[Para
 
 def _odometry_parameters(clock: Clock, latency: float | None) -> list[Parameter]:
     """Return rate, jitter and, if known, latency of odometry; they have no intervals."""
-    parameters = [Parameter('plant.odometry.rate', round(clock.rate, 2), np.nan, np.nan, 'Hz')]
+    # a driver counts in whole Hz, and the clock of a recording has an error
+    whole = round(clock.rate)
+    rate = whole if abs(clock.rate - whole) < _WHOLE * clock.rate else round(clock.rate, 2)
+    parameters = [Parameter('plant.odometry.rate', rate, np.nan, np.nan, 'Hz')]
     if clock.jitter > 1e-3:
         parameters.append(Parameter('plant.odometry.jitter', round(clock.jitter, 4), np.nan, np.nan, 's'))
     if latency is not None:

@@ -22,6 +22,7 @@ from mobile_robot_control.runs.rollout import rollout
 from mobile_robot_control.settings.configure import at_cart_start, configure
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.nodes import course_of
+from mobile_robot_control.studying.request import draw_robots
 from mobile_robot_control.topics import WHEEL_JOINTS
 
 DELAY = 'dead time with latency of odometry'
@@ -241,3 +242,25 @@ def test_a_bag_with_a_silence_that_drives_straight_tells_its_model_and_what_is_m
     assert 'plant.base.lag[1]' not in told
     assert any('straight ahead only' in text for text in found.open)
     assert any('was silent 1 times, for 5.' in text and 'record without a break' in text for text in found.open)
+
+
+def test_a_base_without_a_lag_is_given_none_and_its_robots_can_be_drawn(tmp_path):
+    random = np.random.default_rng(5)
+    base = model.Base(max_acceleration=(0.5, 2.0))
+    found = identified(record(tmp_path / 'bag', random, base, asked=commands(random, 20.0)))
+    told = {one.name: one.value for one in found.parameters}
+    assert told['plant.base.max_acceleration[0]'] == pytest.approx(0.5, rel=0.02)
+    assert not [name for name in told if 'base.lag' in name]
+    assert not [text for text in found.lacking if 'two lags' in text]
+    (tmp_path / 'found.yaml').write_text(parameter_text(found))
+    parameters = configure(load([], [('plant.drive', 'velocity')]))
+    assert len(list(draw_robots(str(tmp_path / 'found.yaml'), parameters, 20, 1))) == 20
+
+
+def test_torques_that_drive_straight_ahead_tell_the_mass_and_no_inertia(tmp_path):
+    parameters = at_cart_start(configure(load([], [('reference_cart.curve', 'line'), ('/**.robot.mass', 14.0)])))
+    found = mrc.identify(record_run(tmp_path / 'bag', rollout(parameters, 8.0)))
+    told = {one.name: one.value for one in found.parameters}
+    assert told['/**.robot.mass'] == pytest.approx(14.0, rel=0.02)
+    assert '/**.robot.inertia' not in told
+    assert any('its inertia does not show' in text for text in found.open)
