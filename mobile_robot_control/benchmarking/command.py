@@ -6,6 +6,8 @@ Add `--budgets 25 --scenarios 1 --runs 2` to try it.
 For example:
   benchmark --laws kanayama ramsete lqr --tracks on_curve published --seed 1 --output runs/benchmark
   benchmark --law test/plugins/klancar.py --laws klancar ramsete --tracks published --output runs/mine
+  benchmark --node 'mine=python examples/foreign_nodes/position_controller.py' --tracks published \
+    --against docs/benchmark_table.json.gz --output runs/node
 
 Files written to DIR:
   benchmark.html  ranks on each track, a sortable table, paths and errors, failures, gains
@@ -16,11 +18,13 @@ Files written to DIR:
   benchmark.pdf, benchmark.tex
                   picture and table of the laws over all tracks, for a paper
   cells           a file for each finished law, track and seed, from which --resume goes on
+  nodes           parameters, bag and log of each run of a node that failed
 
 Exit codes of --verify: 0 all repeated runs agree within 1e-9, 1 one differs.
 """
 
 import argparse
+import shutil
 import sys
 import time
 from pathlib import Path
@@ -28,6 +32,7 @@ from typing import Annotated, NamedTuple
 
 from mobile_robot_control.benchmarking.benchmark import benchmarked, write_benchmark
 from mobile_robot_control.benchmarking.cell_result import Done, check_arithmetic
+from mobile_robot_control.benchmarking.node_cell import NodeRequest
 from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest
 from mobile_robot_control.benchmarking.words import summary_lines
 from mobile_robot_control.cli import make_dds_main, make_parser, request_of
@@ -36,8 +41,8 @@ from mobile_robot_control.system.process import Interrupt
 from mobile_robot_control.system.progress import StagedBar
 from mobile_robot_control.system.texts import printable
 
-CELLS = 'cells'
-"""The folder of what is done, within that of a benchmark."""
+CELLS, NODES = 'cells', 'nodes'
+"""The folders of what is done, and of runs of nodes that failed, within that of a benchmark."""
 
 
 class BenchmarkFiles(NamedTuple):
@@ -52,9 +57,11 @@ class BenchmarkFiles(NamedTuple):
                                   'four nodes in lockstep; exit code 1 where one differs by more than 1e-9')] = False
 
 
-def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, command_line: str) -> int:
-    """Run a benchmark and write what is done; return 0, or 1 after an interrupt."""
-    benchmark, folder = Benchmark(request), Path(files.output)
+def benchmark_into_files(
+    request: BenchmarkRequest, others: NodeRequest, files: BenchmarkFiles, command_line: str
+) -> int:
+    """Run a benchmark and write what is done; return 0, or 1 after an interrupt or a node that cannot be driven."""
+    benchmark, folder = Benchmark(request, others), Path(files.output)
     cells = folder / CELLS
     held = [*cells.glob('*.json'), *cells.glob('*.journal')]
     if held and not (files.resume or files.overwrite):
@@ -63,13 +70,22 @@ def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, comma
     if files.overwrite:
         for file in held:
             file.unlink()
+        shutil.rmtree(folder / NODES, ignore_errors=True)
     for file in cells.glob('*.json'):
         check_arithmetic(file)
     begun = time.monotonic()
     done = run_with_progress(benchmark, cells)
+    ended = 'interrupted'
+    if benchmark.nodes and len([cell for cell, _ in done if not cell.node]) == len(benchmark.law_cells):
+        # imported late: no other use needs ROS 2
+        from mobile_robot_control.benchmarking.node_runs import drive_nodes  # noqa: PLC0415
+        from mobile_robot_control.ros.shared.process import Stop  # noqa: PLC0415
+
+        ended = drive_nodes(benchmark.cells, cells, folder / NODES, Stop()) or ended
+        done = benchmark.held(cells)
     interrupted = len(done) < len(benchmark.cells)
     if interrupted:
-        print(f'benchmark: interrupted after {len(done)} of {len(benchmark.cells)} cells; --resume goes on',
+        print(f'benchmark: {ended}, after {len(done)} of {len(benchmark.cells)} cells; --resume goes on',
               file=sys.stderr)
     if not done:
         return 1
@@ -81,7 +97,7 @@ def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, comma
 
 
 def run_with_progress(benchmark: Benchmark, cells: Path) -> Done:
-    """Run all cells with a progress bar until they are done or Ctrl-C is pressed."""
+    """Run all cells of laws with a progress bar until they are done or Ctrl-C is pressed."""
     with Interrupt() as interrupt, StagedBar(benchmark.rollouts, 'rollout', 'searching', unit_scale=True) as bar:
         return benchmark.run(cells, bar.update, lambda: interrupt.requested)
 
@@ -91,17 +107,20 @@ _DRAWN = 12
 
 def parser() -> argparse.ArgumentParser:
     """Make the parser of `benchmark`."""
-    return make_parser('benchmark', __doc__, BenchmarkRequest, BenchmarkFiles)
+    return make_parser('benchmark', __doc__, BenchmarkRequest, NodeRequest, BenchmarkFiles)
 
 
 def _run(options: argparse.Namespace) -> int:
-    request, files = request_of(BenchmarkRequest, options), request_of(BenchmarkFiles, options)
-    return _verify(request, files) if files.verify else benchmark_into_files(request, files, options.command_line)
+    request, others = request_of(BenchmarkRequest, options), request_of(NodeRequest, options)
+    files = request_of(BenchmarkFiles, options)
+    if files.verify:
+        return _verify(Benchmark(request, others), files)
+    return benchmark_into_files(request, others, files, options.command_line)
 
 
-def _verify(request: BenchmarkRequest, files: BenchmarkFiles) -> int:
+def _verify(benchmark: Benchmark, files: BenchmarkFiles) -> int:
     """Repeat drawn runs over DDS; return the exit code."""
-    benchmark, folder = Benchmark(request), Path(files.output)
+    folder = Path(files.output)
     done = benchmark.held(folder / CELLS)
     if not done:
         raise ParameterError([f'{folder}: holds no benchmark with these options; run it first, without --verify'])

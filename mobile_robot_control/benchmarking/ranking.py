@@ -31,7 +31,7 @@ class Pair(NamedTuple):
         Their names.
     errors : tuple of float
         Mean of ln(RMS error of the first / that of the second) over the scenarios in which both succeed; seeds with
-        less than half of the scenarios are left out.
+        less than half of the scenarios that both have driven are left out.
     successes : tuple of float
         Share of scenarios in which the first succeeds, minus that of the second.
     """
@@ -53,10 +53,12 @@ def pairs_of(track: Runs) -> list[Pair]:
 
 def _pair(first: str, second: str, track: Runs) -> Pair:
     errors, successes = [], []
-    for seed, a in track[first].items():
-        b = track[second].get(seed)
-        if b is None:
+    for seed, own in track[first].items():
+        other = track[second].get(seed)
+        if other is None:
             continue
+        # a node drives the first scenarios alone
+        a, b = (one.chosen(slice(min(len(own), len(other)))) for one in (own, other))
         successes.append(float(np.mean(a.success)) - float(np.mean(b.success)))
         both = a.success & b.success
         if np.count_nonzero(both) >= LEAST_SUCCESS * len(both):
