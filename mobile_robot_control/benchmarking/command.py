@@ -1,7 +1,7 @@
 """
 The command `benchmark`: compare laws, each searched with one budget and judged in scenarios that no search saw.
 
-Add `--budgets 25 --scenarios 1 --runs 2` to try it.
+Add `--budgets 25 --scenarios 1 --runs 2` to try it, for a node `--node-runs 1`.
 
 For example:
   benchmark --laws kanayama ramsete lqr --tracks on_curve published --seed 1 --output runs/benchmark
@@ -20,7 +20,8 @@ Files written to DIR:
   cells           a file for each finished law, track and seed, from which --resume goes on
   nodes           parameters, bag and log of each run of a node that failed
 
-Exit codes of --verify: 0 all repeated runs agree within 1e-9, 1 one differs.
+Exit codes of --verify: 0 all repeated runs agree within 1e-9, 1 one differs; of --fail-if-worse: 1 a row is
+worse than in the table (docs/benchmark.md#in-continuous-integration).
 """
 
 import argparse
@@ -30,11 +31,13 @@ import time
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.benchmarking.benchmark import benchmarked, write_benchmark
+from mobile_robot_control.benchmarking.benchmark import Benchmarked, benchmarked, write_benchmark
 from mobile_robot_control.benchmarking.cell_result import Done, check_arithmetic
+from mobile_robot_control.benchmarking.judged_table import JudgedTable, judged_table
 from mobile_robot_control.benchmarking.node_cell import NodeRequest
 from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest
 from mobile_robot_control.benchmarking.words import summary_lines
+from mobile_robot_control.benchmarking.worse_rows import WorseRequest, read_earlier, verdict, verdict_lines
 from mobile_robot_control.cli import make_dds_main, make_parser, request_of
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.system.process import Interrupt
@@ -57,12 +60,11 @@ class BenchmarkFiles(NamedTuple):
                                   'four nodes in lockstep; exit code 1 where one differs by more than 1e-9')] = False
 
 
-def benchmark_into_files(
-    request: BenchmarkRequest, others: NodeRequest, files: BenchmarkFiles, command_line: str
-) -> int:
-    """Run a benchmark and write what is done; return 0, or 1 after an interrupt or a node that cannot be driven."""
-    benchmark, folder = Benchmark(request, others), Path(files.output)
+def benchmark_into_files(benchmark: Benchmark, files: BenchmarkFiles, worse: WorseRequest, command_line: str) -> int:
+    """Run a benchmark and write what is done; return 1 if it is not complete, or worse than asked for."""
+    folder = Path(files.output)
     cells = folder / CELLS
+    earlier = read_earlier(worse.fail_if_worse, benchmark) if worse.fail_if_worse else None
     held = [*cells.glob('*.json'), *cells.glob('*.journal')]
     if held and not (files.resume or files.overwrite):
         raise ParameterError([f'{folder}: holds a benchmark already; --resume goes on with it, --overwrite begins '
@@ -93,7 +95,15 @@ def benchmark_into_files(
     page = write_benchmark(result, folder, time.monotonic() - begun)
     print(*summary_lines(result.values), sep='\n')
     print(f'page: {printable(str(page.resolve()))}')
-    return int(interrupted)
+    return int(interrupted or (earlier is not None and _is_worse(result, earlier, worse, files.output)))
+
+
+def _is_worse(result: Benchmarked, earlier: JudgedTable, worse: WorseRequest, folder: str) -> bool:
+    """Tell how a result compares with an earlier one; return whether a row is worse."""
+    outcome = verdict(judged_table(result.done, result.hash), earlier, worse.margin)
+    for line in verdict_lines(outcome, str(worse.fail_if_worse), folder, worse.margin):
+        print(f'benchmark: {printable(line)}', file=sys.stderr)
+    return bool(outcome.worse)
 
 
 def run_with_progress(benchmark: Benchmark, cells: Path) -> Done:
@@ -107,15 +117,16 @@ _DRAWN = 12
 
 def parser() -> argparse.ArgumentParser:
     """Make the parser of `benchmark`."""
-    return make_parser('benchmark', __doc__, BenchmarkRequest, NodeRequest, BenchmarkFiles)
+    return make_parser('benchmark', __doc__, BenchmarkRequest, NodeRequest, BenchmarkFiles, WorseRequest)
 
 
 def _run(options: argparse.Namespace) -> int:
     request, others = request_of(BenchmarkRequest, options), request_of(NodeRequest, options)
     files = request_of(BenchmarkFiles, options)
+    benchmark = Benchmark(request, others)
     if files.verify:
-        return _verify(Benchmark(request, others), files)
-    return benchmark_into_files(request, others, files, options.command_line)
+        return _verify(benchmark, files)
+    return benchmark_into_files(benchmark, files, request_of(WorseRequest, options), options.command_line)
 
 
 def _verify(benchmark: Benchmark, files: BenchmarkFiles) -> int:

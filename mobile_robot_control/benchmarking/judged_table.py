@@ -6,7 +6,7 @@ import io
 import json
 import math
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -83,11 +83,18 @@ class JudgedTable(NamedTuple):
         for result in self.results:
             if (result['track'], result['budget']) == (track, budget) and result['gains'] != FED:
                 own = by_law.setdefault(result['law'], {})
-                if result['success'] is not None:
-                    rms = np.array([math.inf if value is None else value for value in result['rms']])
-                    own[result['seed']] = JudgedRuns(np.array(result['success'], bool), {RANKED: rms},
-                                                     np.full(len(rms), ''))
+                runs = runs_of(result)
+                if runs is not None:
+                    own[result['seed']] = runs
         return by_law
+
+
+def runs_of(result: Mapping[str, Any]) -> JudgedRuns | None:
+    """Return the judged runs of a result of a table; None where there are none."""
+    if result['success'] is None:
+        return None
+    rms = np.array([math.inf if value is None else value for value in result['rms']])
+    return JudgedRuns(np.array(result['success'], bool), {RANKED: rms}, np.full(len(rms), ''))
 
 
 def content_digits(track: Track, more: ParameterSources) -> str:

@@ -1,6 +1,6 @@
 """A benchmark that is asked for: laws on tracks, each law searched with one budget and judged where no search was."""
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -231,11 +231,19 @@ def _check_tracks(tracks: Sequence[Track], table: JudgedTable, more: ParameterSo
     for track in tracks:
         if track.name not in table.tracks:
             violations.append(f"--against: the table has no track '{track.name}'; {nearest(track.name, table.tracks)}")
-        elif table.tracks[track.name]['content'] != content_digits(track, more):
-            violations.append(f"--against: the track '{track.name}' is another one than that of the table, so their "
-                              'runs cannot be compared; leave it out, or take the table of this version')
+    violations += differing_tracks('--against', tracks, table, more)
     if violations:
         raise ParameterError(violations)
+
+
+def differing_tracks(
+    option: str, tracks: Iterable[Track], table: JudgedTable, more: ParameterSources
+) -> list[str]:
+    """Return which tracks are others than those of their names in the table of an option, with the remedy."""
+    return [f"{option}: the track '{track.name}' is another one than that of the table, so their runs cannot be "
+            'compared; leave it out, or take the table of this version'
+            for track in tracks if track.name in table.tracks
+            and table.tracks[track.name]['content'] != content_digits(track, more)]
 
 
 def published_rows(track: Track, more: ParameterSources) -> Iterator[dict[str, Any]]:
