@@ -20,6 +20,7 @@ from mobile_robot_control.loop.indices import position_error
 from mobile_robot_control.loop.scenarios import Scenario, scenario_configuration
 from mobile_robot_control.loop.trial import Trial
 from mobile_robot_control.messages.mcap_stream import BagError
+from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.ros.shared.process import Stop, check_environment
 from mobile_robot_control.runs.bag import read_bag
 from mobile_robot_control.runs.metrics import IndexMeter, RunMeter, summary
@@ -102,6 +103,7 @@ def drive_run(cell: Cell, n: int, folder: Path, stop: Stop) -> NodeRun | None:
     duration = trial.steps / configuration.plant.shared.velocity_rate
     result = drive(configuration, scenario, duration, folder, stop, {NODE: cell.node})
     if stop.requested:
+        shutil.rmtree(folder, ignore_errors=True)
         return None
     try:
         samples = read_bag(folder / 'bag').samples
@@ -189,8 +191,10 @@ def drive_nodes(cells: Iterable[Cell], done: Path, folder: Path, stop: Stop) -> 
                         bar.write(f'benchmark: {told}', file=sys.stderr)
             except NodeFaultError as error:
                 return str(error)
+            except ParameterError as error:  # of another robot, or of ROS 2
+                return '; '.join(error.violations)
             if stop.requested:
-                return ''
+                break
     with suppress(OSError):
         # without a failure it is empty
         folder.rmdir()
