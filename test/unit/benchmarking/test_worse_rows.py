@@ -3,6 +3,7 @@
 import functools
 import itertools
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -178,3 +179,19 @@ def test_a_law_that_cannot_be_searched_any_more_is_worse_without_a_test():
         for one in table.results])
     assert verdict(lost, table, 0.1).worse == [
         'lqr on noise (searched, budget 500): was driven before, and is not searched now with seed 3']
+
+
+def test_a_node_that_is_worse_is_caught_by_the_scenarios_of_all_its_seeds():
+    table = read_judged_table(PUBLISHED)
+
+    def with_node(factor, count):
+        rows = [{**one, 'law': 'mine', 'gains': 'own', 'success': one['success'][:count],
+                 'rms': [factor * error for error in one['rms'][:count]]} for one in table.results
+                if (one['law'], one['track'], one['gains']) == ('lqr', 'noise', 'searched')]
+        return table._replace(results=[*table.results, *rows])
+
+    before, now = with_node(1.0, 4), with_node(1.2, 2)
+    row, = verdict(now, before, 0.1).worse
+    seeds = len(table.tracks['noise']['seeds'])
+    assert re.match(rf'mine on noise \(own\): RMS error 1\.200 .*, {2 * seeds} scenarios\), and 1\.1 are', row)
+    assert verdict(before, now, 0.1).worse == []
