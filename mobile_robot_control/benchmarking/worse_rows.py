@@ -268,7 +268,8 @@ def verdict_lines(outcome: Verdict, file: str, folder: str, margin: float) -> It
         yield (f'{len(outcome.worse)} of {outcome.compared} rows are worse than in {file}: look at paths and gains '
                f'in {folder}/benchmark.html; if the change is meant, keep {folder}/{NAME} as the new table')
     else:
-        yield f'none of {outcome.compared} rows is worse than in {file} by more than {100.0 * margin:g} %, for certain'
+        yield (f'no row is worse than in {file} by more than {100.0 * margin:g} %, for certain; compared: '
+               f'{outcome.compared}')
 
 
 def _in_words(change: Change, by_error: bool, margin: float) -> str:

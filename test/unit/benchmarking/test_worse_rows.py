@@ -141,7 +141,7 @@ def test_a_benchmark_fails_where_a_law_is_worse_than_in_a_table(track, tmp_path,
     assert again(track, tmp_path / 'out', table, '--laws', 'mine', 'lqr', 'kanayama') == 0
     told = capsys.readouterr().err
     assert f'benchmark: not in {table}, and not compared: kanayama on small (configured)' in told
-    assert f'none of 2 rows is worse than in {table} by more than 10 %, for certain' in told
+    assert f'no row is worse than in {table} by more than 10 %, for certain; compared: 2' in told
     LAWS.remove('mine')
     register(LAWS['lqr']._replace(name='mine'))
     assert again(track, tmp_path / 'out', table, '--laws', 'mine', 'lqr', '--margin', 0.01) == 1
