@@ -1,4 +1,4 @@
-"""One cell of a benchmark, a law on a track with one seed: its inputs and its scenarios."""
+"""One cell of a benchmark, a law or a node on a track with one seed: its inputs and its scenarios."""
 
 import json
 import math
@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS
 from mobile_robot_control.elementary import ARITHMETIC
+from mobile_robot_control.experiment.foreign_nodes import ForeignNode
 from mobile_robot_control.loop.monte_carlo import ScenarioDistribution, draw_scenarios
 from mobile_robot_control.loop.scenarios import Scenario, configured_scenario
 from mobile_robot_control.parameters.declaration import ParameterError
@@ -28,7 +29,7 @@ class Cell(NamedTuple):
     Attributes
     ----------
     law : str
-        Its name.
+        Its name; of a node, that of its row.
     track : Track
         What is driven.
     seed : int
@@ -47,6 +48,10 @@ class Cell(NamedTuple):
         Parameters on top of those of the track.
     velocity_law : str
         Name of the law of the wheel torques; '' for that which the parameters select.
+    node : ForeignNode or None
+        Somebody else's position controller, which no search tunes; None for a law.
+    repeats : bool
+        Whether the first scenario of a node is driven again, to see whether its runs are exact.
     """
 
     law: str
@@ -60,6 +65,8 @@ class Cell(NamedTuple):
     feedforward: bool
     more: ParameterSources = ParameterSources()
     velocity_law: str = ''
+    node: ForeignNode | None = None
+    repeats: bool = False
 
     @property
     def name(self) -> str:
@@ -68,11 +75,13 @@ class Cell(NamedTuple):
 
     def inputs(self) -> dict[str, Any]:
         """Return all that the result depends on, for JSON."""
-        return {'version': __version__, 'arithmetic': ARITHMETIC, 'law': self.law,
-                'source': LAWS.checksum(self.law), 'track': self.track.name,
-                'content': self.track.content(self.more), 'seed': self.seed, 'budgets': self.budgets,
-                'training': self.training, 'runs': self.runs, 'restarts': self.restarts, 'objective': self.objective,
-                'feedforward': self.feedforward,
+        common = {'version': __version__, 'arithmetic': ARITHMETIC, 'law': self.law, 'track': self.track.name,
+                  'content': self.track.content(self.more), 'seed': self.seed}
+        # a file with some runs of a node may get more of them
+        own = {'node': self.node} if self.node else {
+            'source': LAWS.checksum(self.law), 'budgets': self.budgets, 'training': self.training, 'runs': self.runs,
+            'restarts': self.restarts, 'objective': self.objective, 'feedforward': self.feedforward}
+        return {**common, **own,
                 **({'velocity_law': [self.velocity_law, VELOCITY_LAWS.checksum(self.velocity_law)]}
                    if self.velocity_law else {})}
 
@@ -89,13 +98,18 @@ class Cell(NamedTuple):
 
     def sources(self) -> ParameterSources:
         """Return the parameters of its loop: those of the track, with the law and the horizon that it declares."""
-        chosen = {'position_controller.controller_type': self.law}
+        chosen = {} if self.node else {'position_controller.controller_type': self.law}
         if self.velocity_law:
             chosen['velocity_controller.controller_type'] = self.velocity_law
         return self._with_horizon().with_values(chosen)
 
+    @property
+    def horizon(self) -> int:
+        """How far its law looks ahead [position ticks]."""
+        return 0 if self.node else LAWS[self.law].horizon
+
     def _with_horizon(self) -> ParameterSources:
-        sources, horizon = self.track.sources(self.more), LAWS[self.law].horizon
+        sources, horizon = self.track.sources(self.more), self.horizon
         if horizon and horizon > sources.configuration().plant.shared.reference_horizon:
             sources = sources.with_values({'/**.reference_horizon': horizon})
         return sources
@@ -105,12 +119,14 @@ class Cell(NamedTuple):
         try:
             self._with_horizon().configuration()
         except ParameterError as error:
-            return f'no horizon of {LAWS[self.law].horizon} ticks: {"; ".join(dict.fromkeys(error.violations))}'
+            return f'no horizon of {self.horizon} ticks: {"; ".join(dict.fromkeys(error.violations))}'
         return ''
 
     @property
     def rollouts(self) -> int:
-        """How many rollouts it has at most."""
+        """How many rollouts it has at most; a node has none."""
+        if self.node:
+            return 0
         searches = StagePlan(WIDENINGS, self.restarts).searches * sum(self.budgets)
         return searches * self.training + self.runs * max(1, len(self.budgets)) + self.runs * self.is_compared
 

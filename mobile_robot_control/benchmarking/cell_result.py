@@ -3,7 +3,7 @@
 import json
 import math
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,8 +19,8 @@ from mobile_robot_control.system.files import FileKind, parse_json, read_bounded
 JUDGED = ('rms_position_error', 'max_position_error', 'settling_time', 'peak_wheel_torque', 'energy',
           'torque_variation', 'command_variation')
 """The metrics that are kept of every run."""
-SEARCHED, CONFIGURED, FED = 'searched', 'configured', 'feedforward'
-"""Gains of a result: those of a search, those configured, and those of a search with feedforward."""
+SEARCHED, CONFIGURED, FED, OWN = 'searched', 'configured', 'feedforward', 'own'
+"""Gains of a result: of a search, as configured, of a search with feedforward, and those of somebody else's node."""
 NOT_SEARCHED = 'not searched'
 """First words of the reason of a result whose search could drive no candidate."""
 _FILE = FileKind('cell', 1 << 30)
@@ -135,12 +135,15 @@ class CellResult(NamedTuple):
         Of one step of the law [s].
     path : DrivenPath or None
         Of the first unseen scenario.
+    repeated : list of (float or None)
+        RMS errors of a node that has driven that scenario several times [m]; None where a run failed. [] for a law.
     """
 
     results: list[BudgetResult]
     configured: RunColumns | None = None
     step_time: float | None = None
     path: DrivenPath | None = None
+    repeated: Sequence[float | None] = ()
 
 
 Done = list[tuple[Cell, CellResult]]
@@ -150,6 +153,11 @@ Done = list[tuple[Cell, CellResult]]
 def was_searched(reason: str) -> bool:
     """Return whether a result with a reason is of gains: no search may have found any that can be driven."""
     return not reason.startswith(NOT_SEARCHED)
+
+
+def kind_of_gains(cell: Cell) -> str:
+    """Return the kind of the gains that a cell judges."""
+    return OWN if cell.node else FED if cell.feedforward else SEARCHED if cell.budgets else CONFIGURED
 
 
 def gains_of(cell: Cell, gains: Mapping[str, Any]) -> Gains:
@@ -173,7 +181,8 @@ def as_json(result: CellResult) -> dict[str, Any]:
             **({'gains': each.gains, **_columns_as_json(each.judged)} if each.judged else {}), 'reason': each.reason}
             for each in result.results],
         'configured': _columns_as_json(result.configured) if result.configured else None,
-        'step_time': result.step_time, 'drawn': result.path._asdict() if result.path else None}
+        'step_time': result.step_time, 'drawn': result.path._asdict() if result.path else None,
+        **({'repeated': [*result.repeated]} if result.repeated else {})}
 
 
 def _of_json(content: Mapping[str, Any]) -> CellResult:
@@ -183,7 +192,8 @@ def _of_json(content: Mapping[str, Any]) -> CellResult:
                       result.get('gains', {}), _columns_of_json(result) if 'success' in result else None)
          for result in content['results']],
         _columns_of_json(content['configured']) if content['configured'] else None,
-        content['step_time'], DrivenPath(**content['drawn']) if content['drawn'] else None)
+        content['step_time'], DrivenPath(**content['drawn']) if content['drawn'] else None,
+        content.get('repeated', ()))
 
 
 def write_result(file: Path, result: CellResult) -> None:

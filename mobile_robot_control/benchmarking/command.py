@@ -1,11 +1,13 @@
 """
 The command `benchmark`: compare laws, each searched with one budget and judged in scenarios that no search saw.
 
-Add `--budgets 25 --scenarios 1 --runs 2` to try it.
+Add `--budgets 25 --scenarios 1 --runs 2` to try it, for a node `--node-runs 1`.
 
 For example:
   benchmark --laws kanayama ramsete lqr --tracks on_curve published --seed 1 --output runs/benchmark
   benchmark --law test/plugins/klancar.py --laws klancar ramsete --tracks published --output runs/mine
+  benchmark --node 'mine=python examples/foreign_nodes/position_controller.py' --tracks published \
+    --against docs/benchmark_table.json.gz --output runs/node
 
 Files written to DIR:
   benchmark.html  ranks on each track, a sortable table, paths and errors, failures, gains
@@ -16,28 +18,34 @@ Files written to DIR:
   benchmark.pdf, benchmark.tex
                   picture and table of the laws over all tracks, for a paper
   cells           a file for each finished law, track and seed, from which --resume goes on
+  nodes           parameters, bag and log of each run of a node that failed
 
-Exit codes of --verify: 0 all repeated runs agree within 1e-9, 1 one differs.
+Exit codes of --verify: 0 all repeated runs agree within 1e-9, 1 one differs; of --fail-if-worse: 1 a row is
+worse than in the table (docs/benchmark.md#in-continuous-integration).
 """
 
 import argparse
+import shutil
 import sys
 import time
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from mobile_robot_control.benchmarking.benchmark import benchmarked, write_benchmark
+from mobile_robot_control.benchmarking.benchmark import Benchmarked, benchmarked, write_benchmark
 from mobile_robot_control.benchmarking.cell_result import Done, check_arithmetic
+from mobile_robot_control.benchmarking.judged_table import JudgedTable, judged_table
+from mobile_robot_control.benchmarking.node_cell import NodeRequest
 from mobile_robot_control.benchmarking.request import Benchmark, BenchmarkRequest
 from mobile_robot_control.benchmarking.words import summary_lines
+from mobile_robot_control.benchmarking.worse_rows import WorseRequest, read_earlier, verdict, verdict_lines
 from mobile_robot_control.cli import make_dds_main, make_parser, request_of
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.system.process import Interrupt
 from mobile_robot_control.system.progress import StagedBar
 from mobile_robot_control.system.texts import printable
 
-CELLS = 'cells'
-"""The folder of what is done, within that of a benchmark."""
+CELLS, NODES = 'cells', 'nodes'
+"""The folders of what is done, and of runs of nodes that failed, within that of a benchmark."""
 
 
 class BenchmarkFiles(NamedTuple):
@@ -52,10 +60,11 @@ class BenchmarkFiles(NamedTuple):
                                   'four nodes in lockstep; exit code 1 where one differs by more than 1e-9')] = False
 
 
-def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, command_line: str) -> int:
-    """Run a benchmark and write what is done; return 0, or 1 after an interrupt."""
-    benchmark, folder = Benchmark(request), Path(files.output)
+def benchmark_into_files(benchmark: Benchmark, files: BenchmarkFiles, worse: WorseRequest, command_line: str) -> int:
+    """Run a benchmark and write what is done; return 1 if it is not complete, or worse than asked for."""
+    folder = Path(files.output)
     cells = folder / CELLS
+    earlier = read_earlier(worse.fail_if_worse, benchmark) if worse.fail_if_worse else None
     held = [*cells.glob('*.json'), *cells.glob('*.journal')]
     if held and not (files.resume or files.overwrite):
         raise ParameterError([f'{folder}: holds a benchmark already; --resume goes on with it, --overwrite begins '
@@ -63,13 +72,22 @@ def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, comma
     if files.overwrite:
         for file in held:
             file.unlink()
+        shutil.rmtree(folder / NODES, ignore_errors=True)
     for file in cells.glob('*.json'):
         check_arithmetic(file)
     begun = time.monotonic()
     done = run_with_progress(benchmark, cells)
+    ended = 'interrupted'
+    if benchmark.nodes and len([cell for cell, _ in done if not cell.node]) == len(benchmark.law_cells):
+        # imported late: no other use needs ROS 2
+        from mobile_robot_control.benchmarking.node_runs import drive_nodes  # noqa: PLC0415
+        from mobile_robot_control.ros.shared.process import Stop  # noqa: PLC0415
+
+        ended = drive_nodes(benchmark.cells, cells, folder / NODES, Stop()) or ended
+        done = benchmark.held(cells)
     interrupted = len(done) < len(benchmark.cells)
     if interrupted:
-        print(f'benchmark: interrupted after {len(done)} of {len(benchmark.cells)} cells; --resume goes on',
+        print(f'benchmark: {ended}, after {len(done)} of {len(benchmark.cells)} cells; --resume goes on',
               file=sys.stderr)
     if not done:
         return 1
@@ -77,11 +95,19 @@ def benchmark_into_files(request: BenchmarkRequest, files: BenchmarkFiles, comma
     page = write_benchmark(result, folder, time.monotonic() - begun)
     print(*summary_lines(result.values), sep='\n')
     print(f'page: {printable(str(page.resolve()))}')
-    return int(interrupted)
+    return int(interrupted or (earlier is not None and _is_worse(result, earlier, worse, files.output)))
+
+
+def _is_worse(result: Benchmarked, earlier: JudgedTable, worse: WorseRequest, folder: str) -> bool:
+    """Tell how a result compares with an earlier one; return whether a row is worse."""
+    outcome = verdict(judged_table(result.done, result.hash), earlier, worse.margin)
+    for line in verdict_lines(outcome, str(worse.fail_if_worse), folder, worse.margin):
+        print(f'benchmark: {printable(line)}', file=sys.stderr)
+    return bool(outcome.worse)
 
 
 def run_with_progress(benchmark: Benchmark, cells: Path) -> Done:
-    """Run all cells with a progress bar until they are done or Ctrl-C is pressed."""
+    """Run all cells of laws with a progress bar until they are done or Ctrl-C is pressed."""
     with Interrupt() as interrupt, StagedBar(benchmark.rollouts, 'rollout', 'searching', unit_scale=True) as bar:
         return benchmark.run(cells, bar.update, lambda: interrupt.requested)
 
@@ -91,17 +117,21 @@ _DRAWN = 12
 
 def parser() -> argparse.ArgumentParser:
     """Make the parser of `benchmark`."""
-    return make_parser('benchmark', __doc__, BenchmarkRequest, BenchmarkFiles)
+    return make_parser('benchmark', __doc__, BenchmarkRequest, NodeRequest, BenchmarkFiles, WorseRequest)
 
 
 def _run(options: argparse.Namespace) -> int:
-    request, files = request_of(BenchmarkRequest, options), request_of(BenchmarkFiles, options)
-    return _verify(request, files) if files.verify else benchmark_into_files(request, files, options.command_line)
+    request, others = request_of(BenchmarkRequest, options), request_of(NodeRequest, options)
+    files = request_of(BenchmarkFiles, options)
+    benchmark = Benchmark(request, others)
+    if files.verify:
+        return _verify(benchmark, files)
+    return benchmark_into_files(benchmark, files, request_of(WorseRequest, options), options.command_line)
 
 
-def _verify(request: BenchmarkRequest, files: BenchmarkFiles) -> int:
+def _verify(benchmark: Benchmark, files: BenchmarkFiles) -> int:
     """Repeat drawn runs over DDS; return the exit code."""
-    benchmark, folder = Benchmark(request), Path(files.output)
+    folder = Path(files.output)
     done = benchmark.held(folder / CELLS)
     if not done:
         raise ParameterError([f'{folder}: holds no benchmark with these options; run it first, without --verify'])

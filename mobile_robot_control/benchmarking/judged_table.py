@@ -6,7 +6,7 @@ import io
 import json
 import math
 import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,9 +14,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mobile_robot_control.benchmarking.cell import Cell
-from mobile_robot_control.benchmarking.cell_result import CONFIGURED, FED, JUDGED, SEARCHED, Done
+from mobile_robot_control.benchmarking.cell_result import (
+    CONFIGURED,
+    FED,
+    JUDGED,
+    OWN,
+    SEARCHED,
+    Done,
+    kind_of_gains,
+)
 from mobile_robot_control.benchmarking.ranking import RANKED
-from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.elementary import ARITHMETIC
 from mobile_robot_control.loop.monte_carlo import JudgedRuns
 from mobile_robot_control.parameters.declaration import ParameterError
@@ -52,7 +59,7 @@ class JudgedTable(NamedTuple):
         Of the laws that look ahead, by name [position ticks].
     results : list of dict
         `track`, `law`, `gains`, `seed`, `budget`; `success` (1 or 0) and `rms` [m] of each judged run, null where there
-        is none.
+        is none; of a node, of the first runs.
     """
 
     arithmetic: int
@@ -76,11 +83,18 @@ class JudgedTable(NamedTuple):
         for result in self.results:
             if (result['track'], result['budget']) == (track, budget) and result['gains'] != FED:
                 own = by_law.setdefault(result['law'], {})
-                if result['success'] is not None:
-                    rms = np.array([math.inf if value is None else value for value in result['rms']])
-                    own[result['seed']] = JudgedRuns(np.array(result['success'], bool), {RANKED: rms},
-                                                     np.full(self.runs, ''))
+                runs = runs_of(result)
+                if runs is not None:
+                    own[result['seed']] = runs
         return by_law
+
+
+def runs_of(result: Mapping[str, Any]) -> JudgedRuns | None:
+    """Return the judged runs of a result of a table; None where there are none."""
+    if result['success'] is None:
+        return None
+    rms = np.array([math.inf if value is None else value for value in result['rms']])
+    return JudgedRuns(np.array(result['success'], bool), {RANKED: rms}, np.full(len(rms), ''))
 
 
 def content_digits(track: Track, more: ParameterSources) -> str:
@@ -90,7 +104,7 @@ def content_digits(track: Track, more: ParameterSources) -> str:
 
 def horizons_of(cells: Iterable[Cell]) -> dict[str, int]:
     """Return the horizons of the laws of cells that declare one, by their names in the table."""
-    return {cell.name: LAWS[cell.law].horizon for cell in cells if LAWS[cell.law].horizon}
+    return {cell.name: cell.horizon for cell in cells if cell.horizon}
 
 
 def judged_table(done: Done, digits: str, earlier: JudgedTable | None = None) -> JudgedTable:
@@ -115,11 +129,10 @@ def judged_table(done: Done, digits: str, earlier: JudgedTable | None = None) ->
         if name not in tracks:
             tracks[name] = {'content': content_digits(cell.track, cell.more), 'objective': cell.objective, 'seeds': []}
         tracks[name]['seeds'] = sorted({*tracks[name]['seeds'], cell.seed})
-        kind = FED if cell.feedforward else SEARCHED if cell.budgets else CONFIGURED
         for result in cell_result.results:
             judged = result.runs(cell.runs)
             results.append({
-                'track': name, 'law': cell.name, 'gains': kind, 'seed': cell.seed,
+                'track': name, 'law': cell.name, 'gains': kind_of_gains(cell), 'seed': cell.seed,
                 'budget': result.budget, 'success': None if judged is None else judged.success.astype(int).tolist(),
                 'rms': None if judged is None else [value if math.isfinite(value) else None
                                                     for value in judged.metrics[RANKED].tolist()]})
@@ -129,7 +142,8 @@ def judged_table(done: Done, digits: str, earlier: JudgedTable | None = None) ->
         horizons = earlier.horizons | horizons
     return JudgedTable(
         arithmetic=ARITHMETIC, hash=digits, budgets=first.budgets, restarts=first.restarts, scenarios=first.training,
-        runs=first.runs, tracks=tracks, horizons=horizons, results=results)
+        runs=earlier.runs if earlier else max(cell.runs for cell, _ in done), tracks=tracks, horizons=horizons,
+        results=results)
 
 
 def write_judged_table(file: Path, table: JudgedTable) -> None:
@@ -174,14 +188,16 @@ def _check(table: JudgedTable) -> None:
     for result in table.results:
         name, runs = result['law'], table.runs
         if not (name.isprintable() and result['track'] in table.tracks
-                and result['gains'] in (SEARCHED, CONFIGURED, FED)
+                and result['gains'] in (SEARCHED, CONFIGURED, FED, OWN)
                 and result['seed'] in table.tracks[result['track']]['seeds']
                 and result['budget'] in (table.budgets or (0,))):
             raise ValueError('a result is of a track, a seed or a budget that the table lacks')
         if result['success'] is None:
             continue
         rms = np.array(result['rms'], float)
-        if not len(result['success']) == len(rms) == runs or not {*result['success']} <= {0, 1} or np.any(rms < 0.0):
+        is_short = result['gains'] == OWN and 0 < len(rms) < runs
+        if (len(result['success']) != len(rms) or not (len(rms) == runs or is_short)
+                or not {*result['success']} <= {0, 1} or np.any(rms < 0.0)):
             raise ValueError(f'a result has not {runs} runs with success and error')
 
 
@@ -200,13 +216,12 @@ def runs_table(done: Done) -> str:
 
     def rows() -> Iterator[Sequence[Any]]:
         for cell, cell_result in done:
-            tried = [(FED if cell.feedforward else SEARCHED, str(one.budget), one.judged)
-                     for one in cell_result.results if one.judged]
+            tried = [(kind_of_gains(cell), str(one.budget), one.judged) for one in cell_result.results if one.judged]
             if cell_result.configured:
                 tried.append((CONFIGURED, '', cell_result.configured))
             if not tried:
                 continue
-            key = cell.track.name, cell.seed, cell.feedforward
+            key = cell.track.name, cell.seed, cell.feedforward, cell.runs
             if key not in scenarios:
                 scenarios[key] = cell.drawn('judging', cell.configuration(), cell.runs)
             for gains, budget, judged in tried:

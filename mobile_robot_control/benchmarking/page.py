@@ -11,6 +11,7 @@ from mobile_robot_control.benchmarking.cell_result import CONFIGURED, FED, Drive
 from mobile_robot_control.benchmarking.table import is_first, last_summary
 from mobile_robot_control.benchmarking.words import (
     law_text,
+    node_lines,
     place_text,
     rank_text,
     seeds_sentence,
@@ -252,6 +253,8 @@ def _parts(
         yield page.warning('Among more comparisons, no more certain than before', [*undone_lines(values)])
     if values.get('not_repeatable'):
         yield page.warning('Not repeatable', [*map(unrepeatable, values['not_repeatable'])])
+    if values.get('nodes'):
+        yield ''.join(f'<p class="soft">{escape(line)}.</p>' for line in node_lines(values))
     failures, published = _failures(values), _published(values)
     yield page.contents([('laws', 'Laws', ()), ('tracks', 'Tracks', ()), ('pictures', 'Paths and errors', ()),
                          *([('failures', 'Failures', ())] if failures else []),

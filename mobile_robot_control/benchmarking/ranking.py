@@ -31,7 +31,7 @@ class Pair(NamedTuple):
         Their names.
     errors : tuple of float
         Mean of ln(RMS error of the first / that of the second) over the scenarios in which both succeed; seeds with
-        less than half of the scenarios are left out.
+        less than half of the scenarios that both have driven are left out.
     successes : tuple of float
         Share of scenarios in which the first succeeds, minus that of the second.
     """
@@ -53,10 +53,12 @@ def pairs_of(track: Runs) -> list[Pair]:
 
 def _pair(first: str, second: str, track: Runs) -> Pair:
     errors, successes = [], []
-    for seed, a in track[first].items():
-        b = track[second].get(seed)
-        if b is None:
+    for seed, own in track[first].items():
+        other = track[second].get(seed)
+        if other is None:
             continue
+        # a node drives the first scenarios alone
+        a, b = (one.chosen(slice(min(len(own), len(other)))) for one in (own, other))
         successes.append(float(np.mean(a.success)) - float(np.mean(b.success)))
         both = a.success & b.success
         if np.count_nonzero(both) >= LEAST_SUCCESS * len(both):
@@ -83,6 +85,22 @@ def probability(values: Sequence[float]) -> float:
     return student_tails(abs(mean) / math.sqrt(variance / n), n - 1) if variance else 0.0
 
 
+def rejected(probabilities: Sequence[float]) -> list[int]:
+    """
+    Return which hypotheses are rejected with 95 %, all of them together, by the method of Holm.
+
+    Examples
+    --------
+    >>> rejected([0.03, 0.001, 0.2])
+    [1]
+
+    """
+    order = sorted(range(len(probabilities)), key=lambda n: probabilities[n])
+    return [n for _, n in itertools.takewhile(
+        lambda numbered: probabilities[numbered[1]] <= (1.0 - CONFIDENCE) / (len(order) - numbered[0]),
+        enumerate(order))]
+
+
 def better_pairs(pairs: Sequence[Pair]) -> set[tuple[str, str]]:
     """
     Return the pairs of laws of which the first is better with 95 % over seeds, all of them together.
@@ -90,13 +108,11 @@ def better_pairs(pairs: Sequence[Pair]) -> set[tuple[str, str]]:
     A law is better that succeeds more often or, where that is not certain, whose error is smaller. Implements the
     method of Holm (Scandinavian Journal of Statistics 6, 1979) over all pairs and both criteria.
     """
-    tests = sorted(((probability(values), kind, n) for n, pair in enumerate(pairs)
-                    for kind, values in enumerate((pair.successes, pair.errors))))
-    rejected = itertools.takewhile(
-        lambda numbered: numbered[1][0] <= (1.0 - CONFIDENCE) / (len(tests) - numbered[0]), enumerate(tests))
+    tests = [(kind, n, probability(values)) for n, pair in enumerate(pairs)
+             for kind, values in enumerate((pair.successes, pair.errors))]
     decided: dict[int, tuple[str, str]] = {}
     # success, whose kind is 0, before error
-    for _, kind, n in sorted((one for _, one in rejected), key=lambda one: -one[1]):
+    for kind, n, _ in sorted((tests[number] for number in rejected([chance for *_, chance in tests])), reverse=True):
         pair = pairs[n]
         winner = pair.winner(pair.errors, True) if kind else pair.winner(pair.successes, False)
         decided[n] = winner, pair.second if winner == pair.first else pair.first

@@ -1,6 +1,6 @@
 """A benchmark that is asked for: laws on tracks, each law searched with one budget and judged where no search was."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -8,6 +8,7 @@ from mobile_robot_control.analysis.modelled import drive_of
 from mobile_robot_control.benchmarking.cell import Cell
 from mobile_robot_control.benchmarking.cell_result import Done, read_result
 from mobile_robot_control.benchmarking.judged_table import NAME, JudgedTable, content_digits, read_judged_table
+from mobile_robot_control.benchmarking.node_cell import NodeRequest, next_run, of_budgets, refuse_tracks
 from mobile_robot_control.benchmarking.side_by_side import run_cells, run_side_by_side, run_together
 from mobile_robot_control.control.laws import BUILT_IN, LAWS
 from mobile_robot_control.control.velocity_laws import VELOCITY_LAWS
@@ -28,6 +29,7 @@ from mobile_robot_control.settings.nodes import Configuration, course_of
 from mobile_robot_control.settings.tracks import Published, Track, read_track, shipped_tracks
 
 _FIRST_SEED, _FIRST_BUDGET = 1, 500
+_NO_NODES = NodeRequest()
 REPORTED = [one.name for one in (*RUN_METRICS, *INDEX_METRICS) if one.better and not one.of_wheels]
 """The metrics that a publication may report: numbers of a run."""
 
@@ -59,7 +61,7 @@ class BenchmarkRequest(NamedTuple):
     tune: Annotated[bool, Field('', 'take gains as configured, and search for none')] = True
     scenarios: Annotated[int, Field('', 'scenarios of a search', minimum=1, maximum=1000)] = 8
     runs: Annotated[int, Field('', 'scenarios that judge', minimum=2, maximum=100_000)] = 100
-    against: Annotated[str | None, Field('', f'another benchmark, as its {NAME}: only your own laws are searched and '
+    against: Annotated[str | None, Field('', f'another benchmark, as its {NAME}: only your own laws and nodes are '
                                          'driven, with its seeds, budgets and scenarios, and ranked among its laws')
                        ] = None
     where: Annotated[Workers, INLINE] = Workers()
@@ -73,31 +75,38 @@ class Benchmark:
     ----------
     request : BenchmarkRequest
         What is asked for; ParameterError is raised where that cannot be compared.
+    others : NodeRequest
+        Nodes of somebody else beside the laws.
 
     Attributes
     ----------
     cells : list of Cell
         In the order in which they run: a law with all its tracks is compiled once.
     names : tuple of str
-        Of what competes: laws, or pairs of a position and a velocity law.
+        Of what competes: laws, or pairs of a position and a velocity law, and nodes.
+    nodes : dict of str to ForeignNode
+        Of somebody else, by the names of their rows.
     tracks : dict of str to Track
         By name.
     table : JudgedTable or None
         That its laws are ranked against.
     """
 
-    def __init__(self, request: BenchmarkRequest) -> None:
+    def __init__(self, request: BenchmarkRequest, others: NodeRequest = _NO_NODES) -> None:
         if request.sources.robot is not None:
             raise ParameterError(['--robot is not taken: each track names its robot; write a track of your own'])
         self.table = read_judged_table(Path(request.against)) if request.against else None
         bases = not request.velocity_laws or bool(request.tracks)
+        self.nodes = others.nodes()
         if self.table:
-            request = _of_the_table(request, self.table)
+            request = _of_the_table(request, self.table, self.nodes)
         self.request = request
-        self.laws = tuple(dict.fromkeys(request.laws or LAWS))
+        self.laws = tuple(dict.fromkeys(request.laws or (() if self.table else LAWS)))
         self.seeds = tuple(dict.fromkeys(request.seeds or (request.seed,)))
         self.budgets = tuple(sorted(set(request.budgets))) if request.tune else ()
         tracks = _tracks(request, bases)
+        if self.nodes:
+            refuse_tracks(tracks, request.sources)
         self.tracks = {track.name: track for track in tracks}
         if not tracks or len(self.tracks) < len(tracks):
             raise ParameterError(['--tracks: two files have one name; rename one' if tracks else
@@ -107,12 +116,15 @@ class Benchmark:
             _check_tracks(tracks, self.table, request.sources)
             seeds = {name: self.table.tracks[name]['seeds'] for name in self.tracks}
             self.seeds = tuple(sorted({seed for own in seeds.values() for seed in own}))
+        competing = [(law, None, feedforward) for feedforward in (False, True)[:1 + request.feedforward]
+                     for law in self.laws]
         self.cells = [Cell(
-            law=law, track=track, seed=seed, budgets=self.budgets, training=request.scenarios, runs=request.runs,
+            law=law, track=track, seed=seed, budgets=self.budgets, training=request.scenarios,
+            runs=others.runs(len(seeds[track.name]), request.runs) if node else request.runs,
             restarts=request.restarts, objective=self.objective(track), feedforward=feedforward, more=request.sources,
-            velocity_law=velocity_law)
-                      for feedforward in (False, True)[:1 + request.feedforward]
-                      for law in self.laws for velocity_law in dict.fromkeys(request.velocity_laws) or ('',)
+            velocity_law=velocity_law, node=node, repeats=bool(node) and seed == min(seeds[track.name]))
+                      for law, node, feedforward in (*competing, *((*one, False) for one in self.nodes.items()))
+                      for velocity_law in dict.fromkeys(request.velocity_laws) or ('',)
                       for track in tracks for seed in seeds[track.name]]
         self.names = tuple(dict.fromkeys(cell.name for cell in self.cells))
         # what is wrong with a track is said at once
@@ -128,6 +140,11 @@ class Benchmark:
         return self.request.objective or track.parameters.objective
 
     @property
+    def law_cells(self) -> list[Cell]:
+        """The cells of laws."""
+        return [cell for cell in self.cells if not cell.node]
+
+    @property
     def rollouts(self) -> int:
         """How many rollouts a whole benchmark has."""
         return sum(cell.rollouts for cell in self.cells)
@@ -138,8 +155,11 @@ class Benchmark:
         for cell in self.cells:
             file = cell.file(folder)
             try:
-                if file.exists():
-                    done.append((cell, read_result(file)))
+                result = read_result(file) if file.exists() else None
+                if result and cell.node:
+                    result = None if next_run(cell, result) is not None else of_budgets(cell, result)
+                if result:
+                    done.append((cell, result))
             except (OSError, ValueError) as error:
                 reason = getattr(error, 'strerror', None) or 'is not as a benchmark wrote it'
                 violations.append(f'{file}: {reason}; remove it, and --resume runs this cell again')
@@ -149,7 +169,7 @@ class Benchmark:
 
     def run(self, folder: Path, progress: Callable[[int], object], stopped: Callable[[], bool]) -> Done:
         """
-        Run the cells that a folder does not hold; each is written as soon as it is done.
+        Run the cells of laws that a folder does not hold; each is written as soon as it is done.
 
         Returns
         -------
@@ -159,14 +179,14 @@ class Benchmark:
         folder.mkdir(parents=True, exist_ok=True)
         # a damaged cell is told before hours of work
         self.held(folder)
-        where = self.request.where
-        workers = 1 if where.scheduler or where.device != 'cpu' else min(where.workers or cores(), len(self.cells))
+        where, cells = self.request.where, self.law_cells
+        workers = 1 if where.scheduler or where.device != 'cpu' else min(where.workers or cores(), len(cells))
         if workers > 1:
-            run_side_by_side(self.cells, workers, folder, progress, stopped)
+            run_side_by_side(cells, workers, folder, progress, stopped)
         else:
             with runner(where) as run:
                 in_one_process = run_cells if where.device == 'cpu' else run_together
-                in_one_process(self.cells, run, folder, progress, stopped)
+                in_one_process(cells, run, folder, progress, stopped)
         return self.held(folder)
 
 
@@ -183,7 +203,7 @@ def _tracks(request: BenchmarkRequest, bases: bool) -> list[Track]:
     return on_torques
 
 
-def _of_the_table(request: BenchmarkRequest, table: JudgedTable) -> BenchmarkRequest:
+def _of_the_table(request: BenchmarkRequest, table: JudgedTable, nodes: Collection[str]) -> BenchmarkRequest:
     """Return a request as a table was made; raise ParameterError where it asks for something else."""
     sizes = {name: getattr(table, name) for name in ('budgets', 'restarts', 'scenarios', 'runs')}
     for track in table.tracks.values():
@@ -194,11 +214,11 @@ def _of_the_table(request: BenchmarkRequest, table: JudgedTable) -> BenchmarkReq
                   for name, value in held.items()
                   if getattr(request, name) not in (value, BenchmarkRequest._field_defaults[name])]
     laws = request.laws or tuple(law for law in LAWS if LAWS[law] not in BUILT_IN and law not in table.laws)
-    violations += [f"--against: the table has a law '{law}' already; rename yours" for law in laws
+    violations += [f"--against: the table has a law '{law}' already; rename yours" for law in (*laws, *nodes)
                    if law in table.laws and not request.velocity_laws]
-    if not laws:
+    if not laws and not nodes:
         violations.append('--against: no law is here but those of the package and of the table; load yours with --law '
-                          'FILE')
+                          'FILE, or name a node with --node')
     if violations:
         raise ParameterError(violations)
     tracks = request.tracks or tuple(table.tracks)
@@ -211,11 +231,19 @@ def _check_tracks(tracks: Sequence[Track], table: JudgedTable, more: ParameterSo
     for track in tracks:
         if track.name not in table.tracks:
             violations.append(f"--against: the table has no track '{track.name}'; {nearest(track.name, table.tracks)}")
-        elif table.tracks[track.name]['content'] != content_digits(track, more):
-            violations.append(f"--against: the track '{track.name}' is another one than that of the table, so their "
-                              'runs cannot be compared; leave it out, or take the table of this version')
+    violations += differing_tracks('--against', tracks, table, more)
     if violations:
         raise ParameterError(violations)
+
+
+def differing_tracks(
+    option: str, tracks: Iterable[Track], table: JudgedTable, more: ParameterSources
+) -> list[str]:
+    """Return which tracks are others than those of their names in the table of an option, with the remedy."""
+    return [f"{option}: the track '{track.name}' is another one than that of the table, so their runs cannot be "
+            'compared; leave it out, or take the table of this version'
+            for track in tracks if track.name in table.tracks
+            and table.tracks[track.name]['content'] != content_digits(track, more)]
 
 
 def published_rows(track: Track, more: ParameterSources) -> Iterator[dict[str, Any]]:

@@ -1,9 +1,11 @@
 """The run of one cell of a benchmark: searches with each budget, and unseen scenarios that judge."""
 
 import glob
+import itertools
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,6 +24,7 @@ from mobile_robot_control.benchmarking.cell_result import (
 from mobile_robot_control.control.law import LawFailedError
 from mobile_robot_control.control.laws import LAWS, declared_gains, prepared_gains
 from mobile_robot_control.control.tracking_error import distance
+from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.loop.monte_carlo import judge
 from mobile_robot_control.loop.scenarios import scenario_trial
 from mobile_robot_control.loop.trial import Trial
@@ -38,7 +41,8 @@ from mobile_robot_control.search.space import POPULATION, population_for, search
 from mobile_robot_control.search.stages import WIDENINGS, StagePlan, search_in_stages
 from mobile_robot_control.settings.nodes import Configuration, course_of
 
-_LATE = 0.75
+LATE = 0.75
+"""Share of a run after which its errors decide about success."""
 _POINTS = 120
 """Points of a picture."""
 _STEPS, _REPEATS = 300, 5
@@ -160,7 +164,7 @@ def judging_trials(cell: Cell, configuration: Configuration) -> list[Trial]:
     """Return the trials that judge a loop."""
     laps, scenarios = cell.track.parameters.laps, cell.drawn('judging', configuration, cell.runs)
     varies = drive_of(configuration) == DRIVEN_BY_VELOCITY
-    trials = (scenario_trial(configuration, scenario, laps, _LATE * laps) for scenario in scenarios)
+    trials = (scenario_trial(configuration, scenario, laps, LATE * laps) for scenario in scenarios)
     return [one._replace(form=one.form._replace(indices=True, varies=varies)) for one in trials]
 
 
@@ -171,7 +175,7 @@ def _judged(cell: Cell, loop: Configuration, work: Work) -> RunColumns:
               for trial, outcome in zip(trials, work.run(trials), strict=True)]
     work.progress(cell.runs)
     return RunColumns([run.success for run in judged], [run.outcome for run in judged],
-                      {name: [_finite(run.metrics[name]) for run in judged] for name in JUDGED})
+                      {name: [finite(run.metrics[name]) for run in judged] for name in JUDGED})
 
 
 def driven_again(cell: Cell, result: BudgetResult, work: Work) -> BudgetResult:
@@ -179,7 +183,8 @@ def driven_again(cell: Cell, result: BudgetResult, work: Work) -> BudgetResult:
     return result._replace(judged=_judged(cell, with_gains(cell.configuration(), gains_of(cell, result.gains)), work))
 
 
-def _finite(value: float) -> float | None:
+def finite(value: float) -> float | None:
+    """Return a value; None where it is not finite."""
     return value if math.isfinite(value) else None
 
 
@@ -204,19 +209,22 @@ def _failure(cell: Cell, configuration: Configuration) -> tuple[str, str]:
 
 
 def _path(cell: Cell, configuration: Configuration) -> DrivenPath:
-    """Return path, reference and error of the first unseen scenario, thinned out, to a micrometre."""
+    """Return path, reference and error of the first unseen scenario."""
     trial = judging_trials(cell._replace(runs=1), configuration)[0]
+    samples = []
+    with suppress(LawFailedError):
+        for sample in trial_rollout(trial, configuration):
+            samples.append(sample)
+    return driven_path(trial, samples)
+
+
+def driven_path(trial: Trial, samples: Iterable[Sample]) -> DrivenPath:
+    """Return path, reference and error of the samples of a trial, thinned out, to a micrometre."""
     every = max(1, trial.steps // trial.ratio // _POINTS) * trial.ratio
     rows = []
-    try:
-        for k, sample in enumerate(trial_rollout(trial, configuration)):
-            if k % every == 0:
-                pose, error = (sample.truth.pose, sample.truth.error) if sample.truth else (
-                    sample.tick.pose, sample.tick.error)
-                rows.append((sample.time, pose.x, pose.y, *sample.tick.reference.pose[:2],
-                             distance(error)))
-    except LawFailedError:
-        pass
+    for sample in itertools.islice(samples, 0, None, every):
+        pose, error = (sample.truth.pose, sample.truth.error) if sample.truth else (sample.tick.pose, sample.tick.error)
+        rows.append((sample.time, pose.x, pose.y, *sample.tick.reference.pose[:2], distance(error)))
     return DrivenPath(*([round(value, 6) for value in column] for column in zip(*rows, strict=True)))
 
 

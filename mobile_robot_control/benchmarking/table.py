@@ -15,11 +15,13 @@ from mobile_robot_control.benchmarking.cell import Cell
 from mobile_robot_control.benchmarking.cell_result import (
     CONFIGURED,
     FED,
+    OWN,
     SEARCHED,
     BudgetResult,
     CellResult,
     Done,
     as_json,
+    kind_of_gains,
 )
 from mobile_robot_control.benchmarking.judged_table import csv_text, horizons_of
 from mobile_robot_control.benchmarking.ranking import (
@@ -62,7 +64,8 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
     results = [row for one, digits in zip(done, hashes, strict=True) for row in _rows(*one, digits)]
     held = {id(cell) for cell, _ in done}
     # another one may not answer at all
-    driven = {cell.name: cell.law for cell, result in done if any(one.judged for one in result.results)}
+    driven = {cell.name: cell.law for cell, result in done
+              if not cell.node and any(one.judged for one in result.results)}
     groups = {name: track.parameters.group or name for name, track in benchmark.tracks.items()}
     table, ranks, pairs, undone = benchmark.table, list[Values](), list[Values](), list[Values]()
     laws = [*dict.fromkeys([*(table.laws if table else ()), *benchmark.names])]
@@ -89,6 +92,7 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
         'not_loaded': dict(LAWS.failures),
         'not_repeatable': [name for name, law in driven.items()
                            if LAWS[law] not in BUILT_IN and not is_repeatable(LAWS[law])],
+        'nodes': nodes_of(benchmark, done),
         'horizons': {**(table.horizons if table else {}), **horizons_of(benchmark.cells)},
         'against': {'hash': table.hash, 'added': list(benchmark.names), 'undone': undone} if table else None,
         'summary': [row for budget in benchmark.budgets or (0,)
@@ -97,11 +101,22 @@ def benchmark_values(benchmark: Benchmark, done: Done) -> dict[str, Any]:
     }
 
 
+def nodes_of(benchmark: Benchmark, done: Done) -> dict[str, dict[str, Any]]:
+    """Return what is known of nodes by the names of their rows, those of a table among them."""
+    rows: dict[str, dict[str, Any]] = {
+        one['law']: {'command': None, 'sha256': None, 'runs': len(one['success'])}
+        for one in (benchmark.table.results if benchmark.table else ()) if one['gains'] == OWN}
+    for cell in benchmark.cells:
+        if cell.node:
+            rows[cell.name] = {**cell.node.record, 'runs': cell.runs, 'repeated': {
+                other.track.name: [*result.repeated] for other, result in done
+                if other.name == cell.name and len(result.repeated) > 1}}
+    return rows
+
+
 def _rows(cell: Cell, cell_result: CellResult, digits: str) -> Iterator[dict[str, Any]]:
     """Yield the numbers of a cell, a row for each budget, and one of the gains as configured."""
-    kind = FED if cell.feedforward else SEARCHED
-    tried = [(kind if cell.budgets or cell.feedforward else CONFIGURED, result)
-             for result in cell_result.results]
+    tried = [(kind_of_gains(cell), result) for result in cell_result.results]
     if cell_result.configured:
         tried.append((CONFIGURED, BudgetResult(max(cell.budgets), '', judged=cell_result.configured)))
     for gains, result in tried:

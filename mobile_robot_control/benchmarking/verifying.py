@@ -9,25 +9,20 @@ from typing import NamedTuple
 
 from mobile_robot_control.benchmarking.cell import Cell
 from mobile_robot_control.benchmarking.cell_result import Done, gains_of
+from mobile_robot_control.benchmarking.node_runs import drive
 from mobile_robot_control.benchmarking.ranking import RANKED
 from mobile_robot_control.benchmarking.request import Benchmark
 from mobile_robot_control.benchmarking.run_cell import with_gains
 from mobile_robot_control.control.tracking_error import distance
-from mobile_robot_control.experiment.folders import experiment_folders
-from mobile_robot_control.experiment.node_processes import START
-from mobile_robot_control.experiment.runner import run_experiment
 from mobile_robot_control.loop.closed_loop import Sample
-from mobile_robot_control.loop.scenarios import Scenario, scenario_configuration, scenario_trial
-from mobile_robot_control.ros.shared.process import Stop, check_environment
+from mobile_robot_control.loop.scenarios import Scenario, scenario_trial
+from mobile_robot_control.ros.shared.process import Stop
 from mobile_robot_control.runs.bag import read_bag
 from mobile_robot_control.runs.rollout import trial_rollout
 from mobile_robot_control.settings.nodes import Configuration
-from mobile_robot_control.system.progress import tqdm
-from mobile_robot_control.system.supervisor import Supervisor
 
 WITHIN = 1e-9
 """Largest difference, of values above 1 as a share of them."""
-_PATIENCE = 20.0
 
 
 class DrawnRun(NamedTuple):
@@ -49,7 +44,7 @@ def drawn_runs(benchmark: Benchmark, done: Done, count: int) -> Iterator[DrawnRu
     """Yield runs of a benchmark, drawn by its first seed among those that were complete."""
     rng = random.Random(benchmark.seeds[0])  # noqa: S311 (a draw that can be repeated)
     complete = [(cell, result.results[-1].gains, result.results[-1].judged) for cell, result in done
-                if not result.results[-1].reason]
+                if not (result.results[-1].reason or cell.node)]
     places = range(len(complete) * benchmark.request.runs)
     for place in rng.sample(places, len(places)):
         cell, gains, judged = complete[place // benchmark.request.runs]
@@ -98,14 +93,7 @@ def difference(run: DrawnRun, folder: Path, stop: Stop) -> str:
 
 def _recorded(run: DrawnRun, duration: float, folder: Path, stop: Stop) -> tuple[str, list[Sample]]:
     """Run four nodes for a time [s]; return why they failed, and the samples."""
-    varied = scenario_configuration(run.configuration, run.scenario)
-    parameters = varied._replace(plant=varied.plant._replace(duration=duration, real_time_factor=0.0))
-    check_environment(folder / 'log')
-    with (experiment_folders({folder: parameters}, True) as unused, Supervisor(max(_PATIENCE, START)) as supervisor,
-          tqdm(total=duration, disable=True) as bar):
-        result = run_experiment(parameters, folder, '/', composed=False, patience=_PATIENCE, stop=stop, bar=bar,
-                                supervisor=supervisor)
-        unused.remove(folder)
+    result = drive(run.configuration, run.scenario, duration, folder, stop)
     if result.outcome != 'completed' or result.reason:
         return f'{result.outcome}: {result.reason}', []
     return '', read_bag(folder / 'bag').samples

@@ -8,14 +8,16 @@ from mobile_robot_control.benchmarking.table import Values, last_summary
 
 def law_text(values: Values, law: str) -> str:
     """
-    Return the name of a law, and how far it looks ahead.
+    Return the name of a law, and how far it looks ahead; of a node, that nothing has tuned it.
 
     Examples
     --------
-    >>> law_text({'horizons': {'predictive': 20}}, 'predictive'), law_text({'horizons': {}}, 'lqr')
-    ('predictive (preview of 20 ticks)', 'lqr')
+    >>> law_text({'horizons': {'predictive': 20}}, 'predictive'), law_text({'nodes': {'mine': {}}}, 'mine')
+    ('predictive (preview of 20 ticks)', 'mine (node, not tuned)')
 
     """
+    if law in values.get('nodes', {}):
+        return f'{law} (node, not tuned)'
     ticks = values.get('horizons', {}).get(law)
     return f'{law} (preview of {ticks} ticks)' if ticks else law
 
@@ -57,6 +59,21 @@ def unrepeatable(law: str) -> str:
     """Return what is wrong with a law that answers one question twice differently."""
     return (f'{law}: answers the same question differently, by a random number or a state of its own, so its numbers '
             'do not come again; check_law names the inputs')
+
+
+def node_lines(values: Values) -> Iterator[str]:
+    """Yield how nodes were driven, and whether their runs are exact, in sentences."""
+    for name, node in values.get('nodes', {}).items():
+        scenarios = f'{node["runs"]} scenario{"s" * (node["runs"] != 1)} of each seed'
+        repeated = node.get('repeated', {})
+        differing = {track: errors for track, errors in repeated.items() if len(set(errors)) > 1}
+        yield f'{law_text(values, name)}: driven over DDS in {scenarios}' + (
+            '; a repeated run has the same error to the last bit' if repeated and not differing else '')
+        for track, errors in differing.items():
+            measured = [error for error in errors if error is not None]
+            failed = f', and {len(errors) - len(measured)} of them fail' * (len(measured) < len(errors))
+            yield (f'{name} is not exact on {track}: {len(errors)} runs of one scenario have an RMS error of '
+                   f'{min(measured):.4g} to {max(measured):.4g} m{failed}')
 
 
 def seeds_sentence(values: Values) -> str:
@@ -106,6 +123,7 @@ def summary_lines(values: Values) -> Iterator[str]:
                f'{100.0 * law_row["least_success"]:.1f} % of the runs or more{other}')
     yield from (f'not loaded: {reason}' for reason in values.get('not_loaded', {}).values())
     yield from map(unrepeatable, values.get('not_repeatable', ()))
+    yield from node_lines(values)
     yield from against_lines(values)
     yield seeds_sentence(values)
     if values['unfinished']:

@@ -48,16 +48,33 @@ def read_name(value: Any) -> str:
     return str(value)
 
 
-def read_node(value: Any) -> tuple[str, tuple[str, ...]]:
-    """Read NAME=COMMAND into the name and the command's words; raise ValueError with a remedy."""
+def read_command(value: Any, example: str = 'position_controller') -> tuple[str, tuple[str, ...]]:
+    """Read NAME=COMMAND into any name and the command's words; raise ValueError with a remedy."""
     name, separator, command = value.partition('=')
     try:
         words = tuple(shlex.split(command))
     except ValueError as error:
         raise ValueError(f'{error}: close the quotation marks of the command') from None
     if not separator or not words:
-        raise ValueError("write NAME=COMMAND, such as position_controller='python my_node.py'")
+        raise ValueError(f"write NAME=COMMAND, such as {example}='python my_node.py'")
+    return name, words
+
+
+def read_node(value: Any) -> tuple[str, tuple[str, ...]]:
+    """Read NAME=COMMAND with the name of one of the four nodes."""
+    name, words = read_command(value)
     return read_name(name), words
+
+
+def missing_program(name: str, words: Sequence[str]) -> list[str]:
+    """Return what is wrong with the program of a command; [] if it is there."""
+    return [] if shutil.which(words[0]) else [
+        f"--node {name}: there is no program '{printable(words[0])}'; write its path, or install it"]
+
+
+def started_node(words: tuple[str, ...]) -> ForeignNode:
+    """Return the node of a command."""
+    return ForeignNode(words, _checksum(words))
 
 
 def foreign_nodes(
@@ -69,11 +86,10 @@ def foreign_nodes(
               for name in sorted({name for name in names if names.count(name) > 1})]
     faults += [f'{name} is no node of a loop with plant.drive = velocity; its nodes are {", ".join(loop.nodes)}'
                for name in names if name not in loop.nodes]
-    faults += [f"--node {name}: there is no program '{printable(words[0])}'; write its path, or install it"
-               for name, words in commands if shutil.which(words[0]) is None]
+    faults += [fault for name, words in commands for fault in missing_program(name, words)]
     if faults:
         raise ParameterError(faults)
-    return {**{name: ForeignNode(words, _checksum(words)) for name, words in commands},
+    return {**{name: started_node(words) for name, words in commands},
             **dict.fromkeys(attached, ForeignNode())}
 
 

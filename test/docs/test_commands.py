@@ -80,8 +80,9 @@ def first_word(command):
 def shortened(page, text, command):
     """The command with the options that make it short; each of them stands in the page."""
     word = first_word(command)
-    # against a table nothing can be shortened
-    options = '' if '--against' in command else SHORTER.get((page, word), SHORTER.get(word, ''))
+    # against a table a node alone can be shortened
+    options = ('--node-runs 1' if '--node ' in command and word == 'benchmark' else
+               '' if '--against' in command else SHORTER.get((page, word), SHORTER.get(word, '')))
     wanted = [option for option in re.split(r' (?=-)', options)
               if option and not re.search(rf'{re.escape(option)}(?!\S| +[^- ])', command)]
     for option in wanted:

@@ -16,7 +16,7 @@ REPORTS = ('analysis/', 'conformance/', 'dashboard/', 'drives/', 'figures/', 'id
 DECIDES = ('runs/csv_table.py', 'runs/rollout.py', 'excitation/excitation.py')
 COUNTS = {
     'benchmarking/cell.py', 'benchmarking/request.py', 'benchmarking/ranking.py', 'benchmarking/run_cell.py',
-    'benchmarking/table.py', 'loop/monte_carlo.py',
+    'benchmarking/node_runs.py', 'benchmarking/table.py', 'benchmarking/worse_rows.py', 'loop/monte_carlo.py',
     'loop/workers.py',
     'messages/bag_files.py', 'reference/path_fit.py', 'reference/path_shape.py', 'search/genetic.py',
     'studying/comparison.py', 'studying/failures.py',
