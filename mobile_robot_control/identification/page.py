@@ -29,12 +29,17 @@ _LAGS = 40
 def answer(result: Identification) -> str:
     """Return the quality of the model's prediction in a sentence."""
     judged, (v, omega) = result.judgement, result.errors['held_out']
+    missed = ' and '.join(f'{share:.1%} of the {name}' for name, share in zip(
+        _MOTIONS, judged.shares, strict=True) if share)
+    # a motion that is not in the recording has no share
+    unseen = ''.join(f' It is not judged by the {name}, of which there was none.' for name, share in zip(
+        _MOTIONS, judged.shares, strict=True) if not share)
     return (f'The model of a robot that takes {drive_of(result)} is {judged.grade}: where it has not seen the '
-            f'recording, it misses {judged.shares[0]:.1%} of the speed and {judged.shares[1]:.1%} of the turn rate, '
-            f'averaged over 0.2 s; from message to message {100.0 * v:.2g} cm/s and {omega:.2g} rad/s RMS.'
-            f'{_MEANING[judged.grade]}')
+            f'recording, it misses {missed}, averaged over 0.2 s; from message to message {100.0 * v:.2g} cm/s and '
+            f'{omega:.2g} rad/s RMS.{unseen}{_MEANING[judged.grade]}')
 
 
+_MOTIONS = ('speed', 'turn rate')
 _MEANING = {
     GOOD: '', USABLE: ' Gains found for it want a margin.',
     UNUSABLE: ' It stands for another robot than this one: gains found for it mean nothing.'}

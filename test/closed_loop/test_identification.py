@@ -14,6 +14,7 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 
 import mobile_robot_control as mrc
+from mobile_robot_control.identification.page import answer
 from mobile_robot_control.identification.result import GOOD, UNUSABLE, USABLE, UnidentifiableError, parameter_text
 from mobile_robot_control.model import base as model
 from mobile_robot_control.model.robot import angular_inertia, linear_inertia
@@ -264,3 +265,4 @@ def test_torques_that_drive_straight_ahead_tell_the_mass_and_no_inertia(tmp_path
     assert told['/**.robot.mass'] == pytest.approx(14.0, rel=0.02)
     assert '/**.robot.inertia' not in told
     assert any('its inertia does not show' in text for text in found.open)
+    assert 'It is not judged by the turn rate, of which there was none.' in answer(found)
