@@ -238,6 +238,8 @@ def errors_of(predictions: Sequence[Prediction]) -> dict[str, tuple[float, float
 
 SECTION = 'identify'
 """Section with names, values and covariance of the estimates."""
+_OF_TORQUES = ('/**.robot.mass', '/**.robot.inertia')
+"""What torques tell of a robot that drives and turns."""
 _ROUNDING = 1e-5
 """Rounding error of numbers with six digits, relative to the largest."""
 
@@ -295,7 +297,9 @@ def read_estimates(file: str) -> Estimates:
         raise ParameterError([f'{file}: values and covariance of section /**/{SECTION} do not belong together; take '
                               'it as the command identify has written it'])
     origin = f', {"widened by the" if widened else "as narrow as those of a model with an"} error of {error:.1%}'
-    return Estimates(names, values, covariance, f'intervals of {file}{origin * bool(grade)}')
+    unknown = [name.removeprefix('/**.') for name in _OF_TORQUES if name not in names and {*_OF_TORQUES} & {*names}]
+    untold = ''.join(f'; the recording tells no {name}, and all have the configured one' for name in unknown)
+    return Estimates(names, values, covariance, f'intervals of {file}{origin * bool(grade)}{untold}')
 
 
 def _section(parameters: Sequence[Parameter]) -> Iterator[str]:

@@ -15,7 +15,14 @@ from sensor_msgs.msg import JointState
 
 import mobile_robot_control as mrc
 from mobile_robot_control.identification.page import answer
-from mobile_robot_control.identification.result import GOOD, UNUSABLE, USABLE, UnidentifiableError, parameter_text
+from mobile_robot_control.identification.result import (
+    GOOD,
+    UNUSABLE,
+    USABLE,
+    UnidentifiableError,
+    parameter_text,
+    read_estimates,
+)
 from mobile_robot_control.model import base as model
 from mobile_robot_control.model.robot import angular_inertia, linear_inertia
 from mobile_robot_control.runs.bag_writer import BagWriter
@@ -266,3 +273,5 @@ def test_torques_that_drive_straight_ahead_tell_the_mass_and_no_inertia(tmp_path
     assert '/**.robot.inertia' not in told
     assert any('its inertia does not show' in text for text in found.open)
     assert 'It is not judged by the turn rate, of which there was none.' in answer(found)
+    (tmp_path / 'found.yaml').write_text(parameter_text(found))
+    assert 'tells no robot.inertia' in read_estimates(str(tmp_path / 'found.yaml')).origin
