@@ -29,7 +29,7 @@ READY := $(VENV)/.ready
 TESTED := $(VENV)/.tested
 # of the commands: nodes, live page, compiled search; the tests, the site and the mutants add theirs
 EXTRAS := $(ROS_WHEELS)dashboard,fast
-TEST_EXTRAS := $(EXTRAS),cluster,test
+TEST_EXTRAS := $(EXTRAS),cluster,mujoco,test
 MUTANTS_EXTRAS := $(TEST_EXTRAS),mutants
 # of pytest-xdist
 WORKERS := --numprocesses 5 --dist loadscope --no-loadscope-reorder
@@ -72,7 +72,7 @@ $(TESTED): setup.py setup.cfg package.xml $(wildcard constraints/*) | $(BIN)/act
 constraints: $(VENV)/.locking
 	@for ros in jazzy kilted; do for python in 3.10 3.11 3.12; do \
 	  $(BIN)/uv pip compile --quiet $(UPGRADE) --no-header --no-annotate --python-version $$python --extra $$ros \
-	    $(foreach extra,cluster cuda dashboard docs fast locking mutants test,--extra $(extra)) \
+	    $(foreach extra,cluster cuda dashboard docs fast locking mujoco mutants test,--extra $(extra)) \
 	    setup.py -o constraints/$$ros-$$python.txt || exit; done; done
 
 # not after `setup`, which a pin that has changed makes fail until the files are written again

@@ -54,6 +54,8 @@ setup(
         'dashboard': ['starlette>=0.31', 'uvicorn>=0.27', 'websockets>=10.4'],
         # the search on a cluster
         'cluster': ['distributed>=2024.1'],
+        # the robots of examples/mujoco
+        'mujoco': ['mujoco>=3.3,<4'],
         # the files in constraints/: make constraints
         'locking': ['uv'],
         # the documentation as a site: make docs
