@@ -1,5 +1,6 @@
 """Install the package, with pip or as ament_python with colcon."""
 
+import re
 from pathlib import Path
 
 from setuptools import find_packages, setup
@@ -12,6 +13,16 @@ COMMANDS = {
     'dashboard': 'dashboard',
 }
 """The folder of each command, whose `command.py` has its `main`."""
+
+REPOSITORY = 'https://github.com/mobile-robot-control/mobile_robot_control'
+"""A placeholder, until the maintainers have one."""
+
+
+def long_description():
+    """Return the README, with links that lead to the repository from elsewhere."""
+    text = Path('README.md').read_text(encoding='utf-8')
+    text = re.sub(r'!\[([^]]*)\]\((?!https?:)', rf'![\1]({REPOSITORY}/raw/main/', text)
+    return re.sub(r'\]\((?!https?:|#)', f']({REPOSITORY}/blob/main/', text)
 
 
 def config_files():
@@ -26,7 +37,24 @@ setup(
     name=PACKAGE,
     version='0.1.0',
     description='Nonlinear motion control of a differential-drive robot with a wheel-torque plant, on ROS 2.',
+    long_description=long_description(),
+    long_description_content_type='text/markdown',
     license='Apache-2.0',
+    license_files=['LICENSE', 'mobile_robot_control/web/uplot/LICENSE'],
+    url=REPOSITORY,
+    project_urls={'Documentation': f'{REPOSITORY}/blob/main/docs/index.md', 'Issues': f'{REPOSITORY}/issues',
+                  'Changelog': f'{REPOSITORY}/blob/main/CHANGELOG.rst'},
+    keywords=['control', 'differential drive', 'mobile robot', 'ros2', 'trajectory tracking'],
+    classifiers=[
+        'Development Status :: 4 - Beta',
+        'Intended Audience :: Education',
+        'Intended Audience :: Science/Research',
+        'Operating System :: POSIX :: Linux',
+        'Programming Language :: Python :: 3',
+        *(f'Programming Language :: Python :: 3.{minor}' for minor in (10, 11, 12)),
+        'Topic :: Scientific/Engineering',
+        'Typing :: Typed',
+    ],
     maintainer='mobile_robot_control maintainers',
     maintainer_email='maintainers@users.noreply.github.com',
     python_requires='>=3.10',

@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+import tarfile
 import venv
 from importlib.metadata import requires
 from pathlib import Path
@@ -59,6 +60,24 @@ def test_the_installation_gives_signs_of_life_and_its_own_exit_code(tmp_path, co
     assert done.returncode == (2 if code else 0), done.stderr
     assert (folder / 'ready').exists() == (not code)
     assert printed.read_text().startswith('installing into')
+
+
+def test_the_source_distribution_is_whole_and_its_description_links_to_the_repository(source, tmp_path):
+    subprocess.run([sys.executable, '-c', f'import setuptools.build_meta as b; b.build_sdist({str(tmp_path)!r})'],
+                   cwd=source, capture_output=True, check=True)
+    with tarfile.open(next(tmp_path.glob('*.tar.gz'))) as archive:
+        held = {name.partition('/')[2] for name in archive.getnames()}
+        root = archive.getnames()[0].partition('/')[0]
+        described = archive.extractfile(f'{root}/PKG-INFO').read().decode()
+    written = {path.relative_to(source).as_posix() for path in source.rglob('*') if path.is_file()}
+    # what only the repository itself needs
+    assert {name for name in written - held if not name.startswith('.')} == set()
+    links = re.findall(r'\]\(([^)]+)\)', described)
+    assert links
+    assert all(link.startswith(('http', '#')) for link in links)
+    for link in links:
+        _, tree, path = link.partition('/blob/main/')
+        assert not tree or (source / path.partition('#')[0]).exists(), link
 
 
 @pytest.mark.timeout(200)
