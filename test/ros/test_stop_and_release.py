@@ -226,3 +226,24 @@ def test_odometry_that_jumps_is_told_as_an_event_and_stops_the_robot_beyond_the_
     robot.spin_until(lambda: len([key for key, _ in events if key == 'odom_jump']) > len(jumps))
     robot.spin_until(seen.drives)
     assert [key for key, _ in events if key == 'stop'] == ['stop']
+
+
+@pytest.mark.soak
+def test_a_stopped_trajectory_goes_on_to_its_end_after_the_release(robot, tmp_path):
+    rows = [(t / 10.0, t**2 * (120.0 - 2.0 * t) / 64000.0) for t in range(41)]
+    (tmp_path / 'way.csv').write_text('t,x,y\n' + ''.join(f'{t},{x:.4f},{0.3 * x * x:.4f}\n' for t, x in rows))
+    seen = Seen(robot)
+    robot.start(arguments=['--params-file', str(CONFIG / 'wall_clock.yaml'), '-p',
+                           'reference_cart:curve:=trajectory', '-p',
+                           f'reference_cart:trajectory.file:={tmp_path / "way.csv"}'], composed=True)
+    robot.spin_until(lambda: seen.cart and seen.cart[-1] > 0.2)
+    assert robot.trigger('position_controller/stop')[0]
+    robot.spin_until(lambda: seen.commands[-1] == (0.0, 0.0) and seen.cart[-1] == 0.0)
+    where = seen.poses['cart'].x
+    assert 0.0 < where < rows[-1][1]
+    assert robot.trigger('position_controller/release')[0]
+    robot.spin_until(lambda: seen.poses['cart'].x > where + 0.05)
+    # the time in which it stood is not made up for
+    assert max(seen.cart) < 0.41
+    robot.spin_until(lambda: abs(seen.poses['cart'].x - rows[-1][1]) < 1e-3 and seen.distance() < 0.02
+                     and abs(seen.commands[-1][0]) < 0.02)
