@@ -81,9 +81,9 @@ $(VENV)/.locking: setup.py | $(BIN)/activate
 	@touch $@
 
 demo: setup
-	$(BIN)/experiment --duration 16 --output runs/demo --overwrite
+	$(BIN)/mrc experiment --duration 16 --output runs/demo --overwrite
 	@echo 'the report: open $(CURDIR)/runs/demo/report.html in a browser'
-	@echo 'the robot live: $(BIN)/dashboard, then open http://127.0.0.1:8080/'
+	@echo 'the robot live: $(BIN)/mrc dashboard, then open http://127.0.0.1:8080/'
 
 figures: setup
 	PYTHONPATH=examples/chapter $(BIN)/python -m chapter_figures.index --output runs/figures

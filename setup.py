@@ -1,19 +1,13 @@
 """Install the package, with pip or as ament_python with colcon."""
 
 import re
+import runpy
+import sys
 from pathlib import Path
 
 from setuptools import find_packages, setup
 
 PACKAGE = 'mobile_robot_control'
-NODES = ('plant', 'velocity_controller', 'position_controller', 'reference_cart')
-COMMANDS = {
-    'simulate': 'runs', 'experiment': 'experiment', 'report': 'report', 'tune': 'search', 'study': 'studying',
-    'benchmark': 'benchmarking', 'plan': 'planning', 'excite': 'excitation', 'identify': 'identification',
-    'dashboard': 'dashboard',
-}
-"""The folder of each command, whose `command.py` has its `main`."""
-
 REPOSITORY = 'https://github.com/mobile-robot-control/mobile_robot_control'
 """A placeholder, until the maintainers have one."""
 
@@ -23,6 +17,16 @@ def long_description():
     text = Path('README.md').read_text(encoding='utf-8')
     text = re.sub(r'!\[([^]]*)\]\((?!https?:)', rf'![\1]({REPOSITORY}/raw/main/', text)
     return re.sub(r'\]\((?!https?:|#)', f']({REPOSITORY}/blob/main/', text)
+
+
+def executables():
+    """List `mrc`, and for `ros2 run` every name, which pip, building by a backend, would put on everybody's PATH."""
+    names = runpy.run_path(f'{PACKAGE}/__main__.py')
+    found = [f'mrc = {PACKAGE}.__main__:main']
+    if 'setuptools.build_meta' not in sys.modules:
+        found += [f'{node} = {PACKAGE}.ros.start.executables:{node}' for node in names['NODES']]
+        found += [f'{name} = {PACKAGE}.{folder}.command:main' for name, folder in names['COMMANDS'].items()]
+    return found
 
 
 def config_files():
@@ -120,9 +124,6 @@ setup(
     },
     zip_safe=False,
     entry_points={
-        'console_scripts': [
-            *(f'{node} = {PACKAGE}.ros.start.executables:{node}' for node in NODES),
-            *(f'{command} = {PACKAGE}.{folder}.command:main' for command, folder in COMMANDS.items()),
-        ],
+        'console_scripts': executables(),
     },
 )

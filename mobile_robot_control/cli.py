@@ -68,10 +68,19 @@ class _CommandParser(argparse.ArgumentParser):
             if name.startswith('--') and value == '--':
                 self.error(f"argument {name}: '--' is no value; write one")
         options, rest = super().parse_known_args(args, namespace)
-        options.command_line = shlex.join([self.prog, *words])
+        options.command_line = shlex.join(['mrc', self.prog, *words])
         # a search names its position law, and drives the velocity law
         options.own_laws = loaded if self.drives else {'velocity law': loaded.get('velocity law', ())}
         return options, rest
+
+    def format_usage(self) -> str:
+        return self._of_mrc(super().format_usage())
+
+    def format_help(self) -> str:
+        return self._of_mrc(super().format_help())
+
+    def _of_mrc(self, text: str) -> str:
+        return text.replace(f'usage: {self.prog}', f'usage: mrc {self.prog}', 1)
 
     def error(self, message: str) -> NoReturn:
         # the values that it quotes may contain anything

@@ -23,7 +23,6 @@ from mcap.reader import make_reader
 import mobile_robot_control as mrc
 
 CONFIG = Path(__file__).resolve().parents[1] / 'config'
-COMMANDS = Path(sys.executable).parent
 LOOP = ('joint_states', 'wheel_torques', 'odom', 'reference', 'cmd_vel', 'tracking_error')
 PLANT = {
     'noise': ['plant.noise.pose:=[0.01, 0.02, 0.005]', 'plant.noise.velocity:=0.05', 'plant.noise.seed:=7'],
@@ -42,7 +41,8 @@ SEARCHES = [('velocity', 'genetic', []), ('backstepping', 'genetic', ['--mass', 
 
 def _run(name, *arguments, folder):
     """Run an installed command of the package; returns what it prints."""
-    done = subprocess.run([COMMANDS / name, *map(str, arguments)], cwd=folder, capture_output=True, check=False)
+    done = subprocess.run([sys.executable, '-m', 'mobile_robot_control', name, *map(str, arguments)], cwd=folder,
+                          capture_output=True, check=False)
     assert done.returncode == 0, done.stderr.decode()
     return done.stdout
 

@@ -86,7 +86,7 @@ def path_lines(results: Mapping[str, Any]) -> Iterator[str]:
         yield table_row([law, _error(plain), f'{plain["saturated"]:.1%}', *map(_error, fed.values()),
                          *(f'{fed[str(fraction)]["saturated"]:.1%}' for fraction in (_PLANNED, FRACTIONS[-1]))])
     yield from ('', 'Each law is searched as `kanayama` is here; add `--generations 2` to try it:', '', '```sh',
-                'tune kanayama --params-file config/paths/rectangle.yaml --with-velocity --keep k1 ti1 k2 ti2 \\',
+                'mrc tune kanayama --params-file config/paths/rectangle.yaml --with-velocity --keep k1 ti1 k2 ti2 \\',
                 '  --seed 1 --smooth 1 --algorithm differential_evolution --population 20 --generations 20 \\',
                 '  --output kanayama.yaml', '```')
 

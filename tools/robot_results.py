@@ -90,7 +90,7 @@ def result_cells(
     robot : str
         Its name.
     lap, no_slip : mapping
-        What `simulate --json` prints of a lap, and of one in which odometry does not slip.
+        What `mrc simulate --json` prints of a lap, and of one in which odometry does not slip.
     study : mapping
         The numbers of its controller in study.json.
 
@@ -111,7 +111,7 @@ def _lines(robots: Mapping[str, Path]) -> Iterator[str]:
     yield from (table_row(_HEAD), f'|{"---|" * len(_HEAD)}', *map(table_row, rows))
     yield from ('', '| robot | commands |', '|---|---|')
     for robot, file in robots.items():
-        yield f'| {robot} | `{lap_command(robot, file)}` and `{study_command(robot)} --output DIR` |'
+        yield f'| {robot} | `mrc {lap_command(robot, file)}` and `mrc {study_command(robot)} --output DIR` |'
 
 
 def results_markdown(robots: Mapping[str, Path]) -> str:

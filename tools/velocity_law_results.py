@@ -125,7 +125,7 @@ def table_lines(rows: Sequence[Mapping[str, Any]]) -> Iterator[str]:
                 row['track'])):
             yield table_row([row['track'] + ', feedforward' * row['feedforward'],
                              *(_cell(row['laws'][name]) for name in VELOCITY_LAWS)])
-    yield from ('', f'To repeat: `{COMMAND}`.')
+    yield from ('', f'To repeat: `mrc {COMMAND}`.')
 
 
 def main(results: Path) -> None:

@@ -42,8 +42,8 @@ class Walk:
         if not output.exists():
             files = [word for file in self.files for word in ('--params-file', file)]
             words = [str(word) for word in (*words, *files)]
-            print('+', shlex.join(words), flush=True)
-            done = subprocess.run([Path(sys.executable).with_name(words[0]), *words[1:]], check=False, text=True,
+            print('+ mrc', shlex.join(words), flush=True)
+            done = subprocess.run([sys.executable, '-m', 'mobile_robot_control', *words], check=False, text=True,
                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
             if done.returncode:
                 sys.exit(f'{words[0]} ended with {done.returncode}:\n{done.stdout}')
@@ -56,7 +56,7 @@ class Walk:
                    'lockstep:=false']
         nodes = [[sys.executable, HERE / 'plant.py', self.robot, *options]]
         if self.level == 'torque':
-            nodes.append([Path(sys.executable).with_name('velocity_controller'), *options])
+            nodes.append([sys.executable, '-m', 'mobile_robot_control', 'velocity_controller', *options])
         running = [] if (self.folder / name).exists() else [subprocess.Popen(words) for words in nodes]
         try:
             return self.run(name, 'excite', '-p', '/**.lockstep:=false', '--box', 4, 4, '--max-velocity', 0.5,

@@ -4,9 +4,9 @@ The command `benchmark`: compare laws, each searched with one budget and judged 
 Add `--budgets 25 --scenarios 1 --runs 2` to try it, for a node `--node-runs 1`.
 
 For example:
-  benchmark --laws kanayama ramsete lqr --tracks on_curve published --seed 1 --output runs/benchmark
-  benchmark --law test/plugins/klancar.py --laws klancar ramsete --tracks published --output runs/mine
-  benchmark --node 'mine=python examples/foreign_nodes/position_controller.py' --tracks published \
+  mrc benchmark --laws kanayama ramsete lqr --tracks on_curve published --seed 1 --output runs/benchmark
+  mrc benchmark --law test/plugins/klancar.py --laws klancar ramsete --tracks published --output runs/mine
+  mrc benchmark --node 'mine=python examples/foreign_nodes/position_controller.py' --tracks published \
     --against docs/benchmark_table.json.gz --output runs/node
 
 Files written to DIR:

@@ -5,8 +5,8 @@ It starts the four nodes and prints the address of the page (docs/dashboard.md).
 nodes that it started. It needs the extra `dashboard`.
 
 For example:
-  dashboard --params-file config/fuzzy.yaml
-  dashboard --attach --namespace /robot1
+  mrc dashboard --params-file config/fuzzy.yaml
+  mrc dashboard --attach --namespace /robot1
 
 Exit codes:
   0  ended by Ctrl-C

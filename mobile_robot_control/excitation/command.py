@@ -12,7 +12,7 @@ stamps or two publishers, stays unchanged despite the commands, or jumps. These 
 process: keep a hand on the robot's switch. Odometry that drifts moves the box, too.
 
 For example:
-  excite --box 2 2 --max-velocity 0.4 --max-angular-velocity 1.5
+  mrc excite --box 2 2 --max-velocity 0.4 --max-angular-velocity 1.5
 
 Exit codes:
   0  done

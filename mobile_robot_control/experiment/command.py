@@ -5,12 +5,12 @@ In lockstep a run takes its duration at wall speed; add `-p plant.real_time_fact
 possible. With `config/wall_clock.yaml` the nodes run on the wall clock. The robot starts as in `simulate`.
 
 For example:
-  experiment --duration 16 --params-file config/fuzzy.yaml --output runs/fuzzy
-  experiment --duration 16 --output runs/fast --composed --no-report -p plant.real_time_factor:=0.0
-  experiment --duration 16 --output runs/two --compare config/backstepping.yaml config/fuzzy.yaml
-  experiment --replay runs/fast --output runs/again --composed --no-report -p plant.real_time_factor:=0.0
-  experiment --duration 16 --output runs/mine --node 'reference_cart=python examples/foreign_nodes/reference_cart.py'
-  experiment --duration 16 --output runs/real --attach plant --yes --params-file base.yaml
+  mrc experiment --duration 16 --params-file config/fuzzy.yaml --output runs/fuzzy
+  mrc experiment --duration 16 --output runs/fast --composed --no-report -p plant.real_time_factor:=0.0
+  mrc experiment --duration 16 --output runs/two --compare config/backstepping.yaml config/fuzzy.yaml
+  mrc experiment --replay runs/fast --output runs/again --composed --no-report -p plant.real_time_factor:=0.0
+  mrc experiment --duration 9 --output runs/mine --node 'reference_cart=python examples/foreign_nodes/reference_cart.py'
+  mrc experiment --duration 16 --output runs/real --attach plant --yes --params-file base.yaml
 
 Files written to DIR, or with --compare to DIR/NAME for each file and a report for all to DIR:
   bag/             every topic of the namespace, mcap

@@ -20,8 +20,8 @@ recording leaves open are named with what to record, and not written.
   `wheel_torques`, the torques asked for, efforts also tell gain, lag and delay of the motors.
 
 For example:
-  identify runs/fast/bag --output my_robot.yaml --report runs/identified
-  identify runs/fast/bag --check
+  mrc identify runs/fast/bag --output my_robot.yaml --report runs/identified
+  mrc identify runs/fast/bag --check
 
 Files written:
   FILE.yaml            the numbers found, for every node and command; its section `identify` has `names`,

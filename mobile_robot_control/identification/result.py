@@ -259,7 +259,7 @@ def parameter_text(result: Identification) -> str:
     judged = result.judgement
     lines += [
         '# The covariance is withheld: the model misses too much of the motion' if judged.grade == UNUSABLE else
-        f'# {len(result.names)} estimates and their covariance, row by row: study --robot-uncertainty draws from it',
+        f'# {len(result.names)} estimates and their covariance, by row: mrc study --robot-uncertainty draws from it',
         f'/**/{SECTION}:', '  ros__parameters:',
         f'    grade: {judged.grade}', f'    error: {_number(judged.error)}',
         f'    widened: {str(judged.widened).lower()}', f'    names: [{", ".join(repr(name) for name in result.names)}]',

@@ -5,7 +5,7 @@ The limits are the parameters `reference_cart.timing.*`; docs/paths.md describes
 
 For example:
   printf '0,0\n2,0\n2,1\n0,1\n' > shelves.csv
-  plan shelves.csv --output runs/plan -p reference_cart.path.closed:=true \
+  mrc plan shelves.csv --output runs/plan -p reference_cart.path.closed:=true \
     -p reference_cart.timing.max_linear_velocity:=0.5 -p reference_cart.timing.max_wheel_torque:=0.3
 
 Files written to DIR:

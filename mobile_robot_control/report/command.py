@@ -7,11 +7,11 @@ It reads bags of other robots, too: odometry and reference are enough (docs/usag
 another stack, and compares repetitions (docs/usage.md#judge-a-drive-by-its-path).
 
 For example:
-  simulate --duration 16 --params-file config/fuzzy.yaml --output run.csv
-  simulate --duration 16 --params-file config/backstepping.yaml --output other.csv
-  report run.csv --output out
-  report fuzzy=run.csv backstepping=other.csv --output both --animation
-  report dwb=runs/dwb_1,runs/dwb_2 mppi=runs/mppi_1,runs/mppi_2 --path /plan --output compared
+  mrc simulate --duration 16 --params-file config/fuzzy.yaml --output run.csv
+  mrc simulate --duration 16 --params-file config/backstepping.yaml --output other.csv
+  mrc report run.csv --output out
+  mrc report fuzzy=run.csv backstepping=other.csv --output both --animation
+  mrc report dwb=runs/dwb_1,runs/dwb_2 mppi=runs/mppi_1,runs/mppi_2 --path /plan --output compared
 
 Files written to DIR:
   report.html  one self-contained page (docs/usage.md#read-a-report)

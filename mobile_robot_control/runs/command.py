@@ -6,8 +6,8 @@ the start of the reference cart, on the curve and facing along it; `plant.initia
 A run has 1 to 1e9 velocity steps.
 
 For example:
-  simulate --duration 16 --params-file config/fuzzy.yaml --output run.csv
-  simulate --duration 16 -p plant.max_wheel_torque:=1.0 -p 'plant.initial_pose:=[0.8, -0.1, 0.3]' --json
+  mrc simulate --duration 16 --params-file config/fuzzy.yaml --output run.csv
+  mrc simulate --duration 16 -p plant.max_wheel_torque:=1.0 -p 'plant.initial_pose:=[0.8, -0.1, 0.3]' --json
 
 Files written:
   FILE.csv              the run, one row per velocity step (docs/metrics.md#the-table-of-a-run)

@@ -152,12 +152,12 @@ class Rows:
         try:
             names = next(self._reader, [])
         except (csv.Error, UnicodeDecodeError) as error:
-            raise NotATableError(f'is no CSV text ({error}); name a file that `simulate --output` wrote') from error
+            raise NotATableError(f'is no CSV text ({error}); name a file that `mrc simulate --output` wrote') from error
         missing = [name for name in CSV_COLUMNS if name not in names]
         if missing:
             some = ', '.join(missing[:3]) + (', ...' if len(missing) > 3 else '')
             raise NotATableError(f'lacks {len(missing)} of {len(CSV_COLUMNS)} columns ({some}); '
-                                 'name a file that `simulate --output` wrote')
+                                 'name a file that `mrc simulate --output` wrote')
         columns = (*CSV_COLUMNS, *TRUTH_COLUMNS) if all(name in names for name in TRUTH_COLUMNS) else CSV_COLUMNS
         self._order = [names.index(name) for name in columns]
 

@@ -1,4 +1,4 @@
-"""The metrics of a run from its samples: the content of `metrics.json` and of `simulate --json`."""
+"""The metrics of a run from its samples: the content of `metrics.json` and of `mrc simulate --json`."""
 
 import math
 from html import escape

@@ -49,7 +49,7 @@ class Run(RunRecord):
     problems : tuple of str
         Sentences about missing parts, or about an early end.
     metrics : dict of str to object
-        As in `simulate --json`; only measured ones.
+        As in `mrc simulate --json`; only measured ones.
     parameters : Configuration or None
         Of the run; None if not recorded.
     provenance : dict of str to object

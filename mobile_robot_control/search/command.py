@@ -6,7 +6,7 @@ seconds with numba; add `--generations 2` to try it. Every combination of --curv
 --mass, --friction, --delays and --coulomb is a scenario; an option that is left out keeps the configured value.
 
 For example:
-  tune backstepping --seed 1 --params-file config/backstepping.yaml --output my_gains.yaml
+  mrc tune backstepping --seed 1 --params-file config/backstepping.yaml --output my_gains.yaml
 
 Files written:
   FILE.yaml          parameter file for every node and command: complete, so it needs no --robot; its head

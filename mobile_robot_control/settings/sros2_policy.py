@@ -90,7 +90,7 @@ def _of_recorder() -> _Permissions:
 
 
 def _of_replayer() -> _Permissions:
-    """Return the permissions of the node of `experiment --replay`: it repeats the changes of a run."""
+    """Return the permissions of the node of `mrc experiment --replay`: it repeats the changes of a run."""
     return _Permissions(['/parameter_events', DISTURBANCE, PATH_TOPIC, GOAL, CORRECTION], [], [
         *(f'{node}/set_parameters_atomically' for node in NODES), 'plant/reset'])
 

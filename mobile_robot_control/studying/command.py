@@ -4,7 +4,7 @@ The command `study`: test controllers in the same random starts, robots, noise a
 A run has at most 1e8 steps. Add `--runs 20` to try it.
 
 For example:
-  study --runs 2000 --seed 1 --compare config/backstepping.yaml config/fuzzy.yaml --output runs/study
+  mrc study --runs 2000 --seed 1 --compare config/backstepping.yaml config/fuzzy.yaml --output runs/study
 
 Files written to DIR:
   study.json  statistics of each controller (docs/metrics.md#studyjson)

@@ -73,8 +73,10 @@ def commands(content):
 
 
 def first_word(command):
-    """The program of a command."""
-    return Path(command.split()[0]).name if '/bin/' in command.split()[0] else command.split()[0]
+    """The program of a command, or what `mrc` runs."""
+    words = command.split()
+    name = Path(words[0]).name if '/bin/' in words[0] else words[0]
+    return words[1] if name == 'mrc' else name
 
 
 def shortened(page, text, command):
@@ -179,21 +181,21 @@ def test_every_command_is_one_that_is_known_and_none_hides_in_a_block_that_does_
                 assert {first_word(command) for command in commands(content)} <= known, _name(path)
             elif kind in ('', 'text'):
                 assert not {line.split()[0] for line in content.splitlines() if line.strip()} & (
-                    COMMANDS | ELSEWHERE | {'python', 'pip', 'cp'}), _name(path)
+                    COMMANDS | ELSEWHERE | {'mrc', 'python', 'pip', 'cp'}), _name(path)
 
 
 def test_commands_are_read_with_what_continues_them():
-    page = 'Text.\n\n```sh\nsimulate --duration 0.01 --params-file \\\n  nowhere.yaml   # a comment\n```\n'
+    page = 'Text.\n\n```sh\nmrc simulate --duration 0.01 --params-file \\\n  nowhere.yaml   # a comment\n```\n'
     (kind, content), = blocks(page)
     command, = commands(content)
-    assert (kind, command) == ('sh', 'simulate --duration 0.01 --params-file \\\n  nowhere.yaml')
+    assert (kind, command) == ('sh', 'mrc simulate --duration 0.01 --params-file \\\n  nowhere.yaml')
     content = "cat > a.yaml <<'END'\nrun: true   # kept\nEND\nkill $(jobs -p)     # ends it\n"
     assert list(commands(content)) == ["cat > a.yaml <<'END'\nrun: true   # kept\nEND", 'kill $(jobs -p)']
 
 
 def test_a_command_that_fails_is_found(tmp_path):
     with pytest.raises(AssertionError, match=r'nowhere\.yaml: cannot be read'):
-        _run('set -e\nsimulate --duration 0.01 --params-file \\\n  nowhere.yaml\ntrue\n', tmp_path, 60)
+        _run('set -e\nmrc simulate --duration 0.01 --params-file \\\n  nowhere.yaml\ntrue\n', tmp_path, 60)
 
 
 def test_a_command_that_does_not_exist_is_found():

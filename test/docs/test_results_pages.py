@@ -104,8 +104,8 @@ def test_the_tables_of_robots_and_claims_are_of_the_present_files():
     rows = [line.split('|')[1].strip() for line in tables.splitlines() if line.startswith('| ')]
     assert rows == ['robot', *robots] * 2
     for robot, file in robots.items():
-        assert f'`{robot_results.lap_command(robot, file)}`' in tables
-        assert f'`{robot_results.study_command(robot)} --output DIR`' in tables
+        assert f'`mrc {robot_results.lap_command(robot, file)}`' in tables
+        assert f'`mrc {robot_results.study_command(robot)} --output DIR`' in tables
     table = claims_table.PART.found(RESULTS)
     assert f'generated from {claims_table.fingerprint(CONFIG)} -->' in table
     rows = [line.split('|') for line in table.splitlines() if line.startswith('|')][2:]

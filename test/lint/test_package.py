@@ -17,7 +17,7 @@ from mobile_robot_control.version import __version__
 
 ROOT = Path(__file__).parents[2]
 EXECUTABLES = {'plant', 'velocity_controller', 'position_controller', 'reference_cart', 'simulate', 'experiment',
-               'report', 'tune', 'study', 'benchmark', 'plan', 'excite', 'identify', 'dashboard'}
+               'report', 'tune', 'study', 'benchmark', 'plan', 'excite', 'identify', 'dashboard', 'mrc'}
 
 
 @pytest.fixture
@@ -33,14 +33,14 @@ def source(tmp_path):
     return folder
 
 
-def _assert_installed(executables, library, more=''):
+def _assert_installed(library, plant, simulate, more=''):
     """A node refuses an invalid parameter, for which it must import the package; a command finds its robots."""
     environment = os.environ | {'PYTHONPATH': f'{library}{more}'}
-    done = subprocess.run([executables / 'plant', '--ros-args', '-p', 'robot.mass:=-1.0'], env=environment,
+    done = subprocess.run([*plant, '--ros-args', '-p', 'robot.mass:=-1.0'], env=environment,
                           capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 2
     assert 'robot.mass = -1.0' in done.stderr
-    subprocess.run([executables / 'simulate', '--duration', '0.1', '--robot', 'chapter'], env=environment,
+    subprocess.run([*simulate, '--duration', '0.1', '--robot', 'chapter'], env=environment,
                    capture_output=True, timeout=120, check=True)
 
 
@@ -104,7 +104,8 @@ def test_colcon_builds_the_package_as_ament_python(domain, source, tmp_path, mon
     assert {path.suffix for path in (share / 'config' / 'desktop').iterdir()} == {'.urdf', '.rviz', '.xml'}
     assert (share / 'launch' / 'robot.launch.xml').is_file()
     assert (prefix / 'share' / 'ament_index' / 'resource_index' / 'packages' / 'mobile_robot_control').is_file()
-    _assert_installed(executables, next(prefix.glob('lib/python3*/site-packages')))
+    _assert_installed(next(prefix.glob('lib/python3*/site-packages')), [executables / 'plant'],
+                      [executables / 'simulate'])
 
 
 @pytest.mark.timeout(200)
@@ -117,8 +118,10 @@ def test_pip_installs_the_package(domain, source, tmp_path):
                            capture_output=True, text=True, check=True).stdout.strip()
     library = next((tmp_path / 'venv').glob('lib/python3*/site-packages'))
     assert (library / 'mobile_robot_control' / 'py.typed').is_file()
-    assert {path.name for path in (tmp_path / 'venv' / 'bin').iterdir()} >= EXECUTABLES
-    _assert_installed(tmp_path / 'venv' / 'bin', library, f':{found}')
+    # one name on everybody's PATH
+    mrc = tmp_path / 'venv' / 'bin' / 'mrc'
+    assert {path.name for path in mrc.parent.iterdir()} & EXECUTABLES == {'mrc'}
+    _assert_installed(library, [mrc, 'plant'], [mrc, 'simulate'], f':{found}')
     assert (tmp_path / 'venv' / 'share' / 'mobile_robot_control' / 'config' / 'fuzzy.yaml').is_file()
 
 
@@ -143,7 +146,7 @@ def test_every_command_runs_with_the_oldest_supported_libraries(domain, source, 
              '2', '--seed', '1', '--output', 'benchmark'], ['plan', 'path.csv', '--output', 'plan', *limits],
             ['excite', '--box', '2', '2', '--max-velocity', '0.3', '--max-angular-velocity', '1.0'],
             ['identify', 'run', '--output', 'robot.yaml', '--report', 'identified'], ['dashboard', '--version']):
-        done = subprocess.run([commands / words[0], *words[1:]], cwd=tmp_path, capture_output=True, text=True,
+        done = subprocess.run([commands / 'mrc', *words], cwd=tmp_path, capture_output=True, text=True,
                               check=False)
         assert done.returncode == 0, (words, done.stderr)
 

@@ -3,7 +3,6 @@
 import math
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
@@ -39,7 +38,7 @@ class Base:
 
     def command(self, name):
         """Return the words that start a node."""
-        return [str(Path(sys.executable).with_name(name)), '--ros-args', *self._files]
+        return [sys.executable, '-m', 'mobile_robot_control', name, '--ros-args', *self._files]
 
     def start(self, *options):
         self.process = subprocess.Popen([sys.executable, stand_in_base.__file__, *map(str, options)])
