@@ -82,7 +82,7 @@ def _assignments(options):
 
 
 # as ramsete, which is driven in `make test`
-WITHOUT_MEMORY = ('kanayama', 'periodic', 'input_output_linearization')
+WITHOUT_MEMORY = ('kanayama', 'periodic', 'input_output_linearization', 'stanley')
 
 
 @pytest.mark.parametrize('law', [
