@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 from helpers.harness import numbers_in
+from helpers.measuring import selecting
 
 import mobile_robot_control as mrc
 from mobile_robot_control.control.laws import LAWS
@@ -30,7 +31,7 @@ def test_every_law_is_studied_in_the_same_scenarios(monkeypatch):
     promised = engine.promise(mrc.configure({}), [Scenario('circle', 1.0)])
     monkeypatch.setattr(engine, 'promise', lambda *_: promised)
     found = mrc.study(runs=2, seed=1, parameters=SMALL, laps=0.4, workers=1, compare={
-        law: {'position_controller.controller_type': law} for law in LAWS})
+        law: selecting(law) for law in LAWS})
     assert list(found.controllers) == list(LAWS)
     assert set(found.runs['outcome']) == {'completed'}
     assert len(set(found.runs['rms_position_error'])) == 2 * len(LAWS)
