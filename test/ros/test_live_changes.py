@@ -35,7 +35,8 @@ def _after(robot, seconds):
 
 def test_every_law_takes_over_and_is_replaced_without_a_jump(robot):
     _start(robot)
-    laws = [*list(LAWS)[1:], 'backstepping']
+    # those that this run has a horizon for
+    laws = [*[law for law in LAWS if not LAWS[law].horizon][1:], 'backstepping']
     changed = 0.0
     for law in laws:
         # the plant is at most half a second ahead of what is recorded: never two changes in one tick
