@@ -37,7 +37,9 @@ HEXAGON = (1.0, 0.0), (0.5, 0.875), (-0.5, 0.875), (-1.0, 0.0), (-0.5, -0.875), 
 STORED = TEST / 'bits.txt'
 CONFIG = TEST.parent / 'config'
 LAWS = ('backstepping', 'hybrid_backstepping', 'fuzzy', 'kanayama', 'dynamic_feedback_linearization', 'sliding_mode',
-        'periodic', 'ramsete', 'lqr', *(law.name for law in OUTSIDE))
+        'periodic', 'ramsete', 'lqr', *(law.name for law in OUTSIDE),
+        # behind the others, as the place decides on the curve
+        'input_output_linearization', 'stanley', 'regulated_pure_pursuit')
 FORMS = {
     'torque': {},
     'sensors': {'plant.noise.pose': [0.01, 0.02, 0.005], 'plant.noise.velocity': 0.05, 'plant.noise.seed': 7,
@@ -82,9 +84,10 @@ def flat(value):
 
 
 def loop(law, form, curve='trifolium'):
+    horizon = mrc.LAWS[law].horizon
     return ParameterSources().with_values({
         'position_controller.controller_type': law, 'reference_cart.curve': curve,
-        **(FORMS | FURTHER_FORMS)[form]}).configuration()
+        **({'/**.reference_horizon': horizon} if horizon else {}), **(FORMS | FURTHER_FORMS)[form]}).configuration()
 
 
 def functions():

@@ -26,6 +26,9 @@ BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{
     'dynamic_feedback_linearization',
     'sliding_mode',
     'lqr',
+    'input_output_linearization',
+    'stanley',
+    'regulated_pure_pursuit',
 ))
 """In the order of their parameters; a new law of the package is a module and a line above."""
 RESERVED = frozenset({

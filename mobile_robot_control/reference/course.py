@@ -1,6 +1,7 @@
 """The course of the reference cart: a curve with a lap time, or a path with its timing."""
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 from mobile_robot_control.quantities import NO_ACCELERATION, BodyVelocity, Pose, Reference
@@ -120,4 +121,6 @@ def references_along(course: Course, horizon: int) -> Callable[[int, int], tuple
     """
     if horizon == 0:
         return lambda time, _period: (course.reference(time / 1e9),)
-    return lambda time, period: tuple(course.accelerated((time + n * period) / 1e9) for n in range(horizon + 1))
+    # of the next tick only the last one is new
+    at = lru_cache(maxsize=horizon + 1)(lambda nanoseconds: course.accelerated(nanoseconds / 1e9))
+    return lambda time, period: tuple(at(time + n * period) for n in range(horizon + 1))

@@ -68,7 +68,7 @@ def _listed(part: object) -> dict[str, Any]:
 
 def shipped(law: str) -> dict[str, Any]:
     """
-    Return the shipped set of a law as parameters by ``NODE.PARAMETER``.
+    Return the shipped set of a law as parameters by ``NODE.PARAMETER``, with the horizon that it needs, if any.
 
     Raises
     ------
@@ -85,7 +85,9 @@ def shipped(law: str) -> dict[str, Any]:
     if law_set is None:
         names = [name for name in LAWS if shipped_set(name)]
         raise ParameterError([f"law = '{printable(law)}' has no shipped set; {nearest(law, names)}"])
-    return {f'{node}.{name}': value for node, values in law_set.values.items() for name, value in values.items()}
+    horizon = {'/**.reference_horizon': LAWS[law].horizon} if LAWS[law].horizon else {}
+    return horizon | {
+        f'{node}.{name}': value for node, values in law_set.values.items() for name, value in values.items()}
 
 
 def gains_of(configuration: Configuration) -> str:

@@ -45,8 +45,10 @@ def test_the_error_of_the_default_law_is_that_of_the_start_alone():
     assert settled < 1e-5
 
 
-# the rules of the fuzzy law do not follow the cart exactly, whatever the robot does
-@pytest.mark.parametrize('law', [law for law in LAWS if law != 'fuzzy'])
+# fuzzy rules and a chord across the curve do not follow the cart exactly, whatever the robot does
+@pytest.mark.parametrize('law', [
+    pytest.param(law, marks=pytest.mark.soak) if law in ('input_output_linearization', 'stanley') else law
+    for law in LAWS if law not in ('fuzzy', 'regulated_pure_pursuit')])
 def test_the_settled_error_of_a_law_falls_tenfold(law):
     (rms, settled), (fed_rms, fed_settled) = errors(law, False), errors(law, True)
     assert fed_settled < 0.1 * settled

@@ -88,8 +88,9 @@ def _million():
 def _compared(robot, law):
     """Return a line on a law on a robot, and whether all of its runs are equal."""
     begun, gpu, cpu = time.perf_counter(), Cuda(), Pool(1)
+    ahead = {'/**.reference_horizon': LAWS[law].horizon} if LAWS[law].horizon else {}
     loop = ParameterSources(robot=robot).with_values(
-        {'position_controller.controller_type': law}).configuration()
+        {'position_controller.controller_type': law, **ahead}).configuration()
     drawing, scenarios = Draws(loop, 1.0, 0.75, _indexed, 0.1, {}), draw_scenarios(DISTRIBUTION, DRAWN, 1)
     trials = [scenario_trial(loop, one, 1.0, 0.75) for one in scenarios[:DRAWN // 4]]
     # a nan has many bit patterns

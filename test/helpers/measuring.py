@@ -2,6 +2,7 @@
 
 import math
 
+from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.loop.indices import MeasuredRun
 from mobile_robot_control.runs.metrics import summary
 from mobile_robot_control.runs.rollout import measure, rollout
@@ -13,6 +14,12 @@ def configuration(velocity_rate=500.0, position_rate=100.0, **nodes):
     """Make a configuration from two rates and the parameters of single nodes."""
     rates = {'velocity_rate': velocity_rate, 'position_rate': position_rate}
     return configure({node: {**rates, **nodes.get(node, {})} for node in NODES})
+
+
+def selecting(law, horizon=0):
+    """Return the parameters that select a law, with the horizon that it needs, if any, or a longer one."""
+    needed = max(horizon, LAWS[law].horizon)
+    return {'position_controller.controller_type': law, **({'/**.reference_horizon': needed} if needed else {})}
 
 
 def measured(parameters, duration):

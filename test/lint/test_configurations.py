@@ -60,7 +60,8 @@ def test_the_file_of_a_further_law_has_its_defaults_beside_the_same_velocity_gai
     for law in BUILT_IN[3:]:
         loaded = configure(load([CONFIG / f'{law.name}.yaml']))
         assert loaded.position_controller.control == PositionControl(controller_type=law.name)
-        assert loaded.velocity_controller == Configuration().velocity_controller
+        assert loaded.velocity_controller.control == Configuration().velocity_controller.control
+        assert loaded.velocity_controller.shared.reference_horizon == law.horizon
 
 
 @pytest.mark.parametrize('path', ROBOTS, ids=_id)

@@ -6,15 +6,48 @@ import math
 import pytest
 from helpers.harness import CONFIG
 from helpers.observation import inputs
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
 
 from mobile_robot_control.control import velocity_pi
 from mobile_robot_control.control.laws import LAWS
 from mobile_robot_control.control.velocity_pi import VelocityPiState
 from mobile_robot_control.model.kinematics import body_velocity
+from mobile_robot_control.ros.shared.qos import PUBLISHED
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
+from mobile_robot_control.topics import WHEEL_JOINTS
 
 ARGUMENTS = ['--params-file', str(CONFIG / 'backstepping.yaml'), '-p', 'real_time_factor:=1.0']
+
+WAITING_LAW = """
+import time
+from typing import Annotated, NamedTuple
+from mobile_robot_control import Field, VelocityLaw, WheelTorque
+
+class Gains(NamedTuple):
+    k: Annotated[float, Field('N s', 'gain', above=0.0, live=True)] = 0.1
+
+# steps that the first one with a gain waits for
+AWAITED = {0.2: 20, 0.3: 1000000}
+seen, steps = set(), 0
+
+def step(state, inputs, gains, robot, limit, dt):
+    global steps
+    steps += 1
+    if gains.k in AWAITED and gains.k not in seen:
+        seen.add(gains.k)
+        awaited, until = steps + AWAITED[gains.k], time.monotonic() + 20.0
+        while steps < awaited:
+            time.sleep(0.001)
+            if time.monotonic() > until:
+                raise RuntimeError('no step came meanwhile')
+    push = gains.k * (inputs.command.linear - inputs.measured.linear)
+    return state, WheelTorque(push, push)
+
+VELOCITY_LAW = VelocityLaw('waiting', step, Gains)
+"""
 
 
 def _start(robot):
@@ -35,7 +68,8 @@ def _after(robot, seconds):
 
 def test_every_law_takes_over_and_is_replaced_without_a_jump(robot):
     _start(robot)
-    laws = [*list(LAWS)[1:], 'backstepping']
+    # those that this run has a horizon for
+    laws = [*[law for law in LAWS if not LAWS[law].horizon][1:], 'backstepping']
     changed = 0.0
     for law in laws:
         # the plant is at most half a second ahead of what is recorded: never two changes in one tick
@@ -113,3 +147,41 @@ def test_a_velocity_law_is_switched_to_in_a_run_without_a_jump_of_the_torque(rob
     # commands change every 10 ms, torques with them
     assert max(steps) < 0.05
     assert abs(samples[-1].tick.error.longitudinal) < 0.05
+
+
+def test_ticks_of_the_wall_clock_go_on_while_gains_are_checked(robot, tmp_path, monkeypatch):
+    (tmp_path / 'waiting.py').write_text(WAITING_LAW)
+    monkeypatch.setenv('MOBILE_ROBOT_CONTROL_VELOCITY_LAWS', str(tmp_path / 'waiting.py'))
+    node = robot.recorder
+    robot.start('velocity_controller', arguments=[
+        '--params-file', str(CONFIG / 'wall_clock.yaml'), '-p', 'velocity_controller:controller_type:=waiting'])
+    wheels = node.create_publisher(JointState, 'joint_states', PUBLISHED)
+
+    def publish():
+        message = JointState(name=list(WHEEL_JOINTS), position=[0.0, 0.0], velocity=[0.0, 0.0])
+        message.header.stamp = node.get_clock().now().to_msg()
+        wheels.publish(message)
+
+    node.create_timer(0.01, publish)
+    robot.spin_until(lambda: 'wheel_torques' in node.newest)
+    client = robot._known_client(SetParameters, 'velocity_controller', 'set_parameters')
+    answered = []
+
+    def ask(**values):
+        call = client.call_async(SetParameters.Request(parameters=[
+            Parameter(name.replace('__', '.'), value=value).to_parameter_msg() for name, value in values.items()]))
+        call.add_done_callback(lambda done: answered.append([
+            (one.successful, one.reason.partition(' is unstable')[0]) for one in done.result().results]))
+
+    ask(waiting__k=0.2)
+    ask(waiting__k=500.0, max_wheel_torque=3.0)
+    ask(waiting__k=0.1)
+    robot.spin_until(lambda: len(answered) == 3)
+    taken = True, ''
+    refused = False, "the velocity law 'waiting' with waiting.k = 500.0"
+    assert answered == [[taken], [refused, taken], [taken]]
+    # a node that ends does not wait for a check
+    ask(waiting__k=0.3)
+    robot.spin_until(lambda: 'the check of new parameters has taken 2 s' in robot.log())
+    robot.stop()
+    assert len(answered) == 3

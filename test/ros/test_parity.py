@@ -81,9 +81,12 @@ def _assignments(options):
     return [f'{name}:={str(value).lower() if isinstance(value, bool) else value}' for name, value in options.items()]
 
 
+# as ramsete, which is driven in `make test`
+WITHOUT_MEMORY = ('kanayama', 'periodic', 'input_output_linearization', 'stanley')
+
+
 @pytest.mark.parametrize('law', [
-    # without memory, as ramsete
-    pytest.param(name, marks=pytest.mark.soak) if name in ('kanayama', 'periodic') else name for name in LAWS])
+    pytest.param(name, marks=pytest.mark.soak) if name in WITHOUT_MEMORY else name for name in LAWS])
 def test_recorded_topics_agree_with_the_rollout(domain, tmp_path, law):
     # half a lap of the law that has a memory; the others meet every speed of the cart within a sixth of one
     seconds = 8 if law == 'hybrid_backstepping' else 3

@@ -1,6 +1,7 @@
 """Trees of NamedTuples as rows of floats, and back."""
 
 import pytest
+from helpers.measuring import selecting
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -28,7 +29,7 @@ def test_a_tree_comes_back_from_its_row(tree):
 @pytest.mark.parametrize('robot', [None, 'create3', 'turtlebot3_burger'])
 @pytest.mark.parametrize('law', LAWS)
 def test_so_do_the_state_and_the_constants_of_each_law_on_each_drive(law, robot):
-    loop = ParameterSources(robot=robot).with_values({'position_controller.controller_type': law})
+    loop = ParameterSources(robot=robot).with_values(selecting(law))
     trial = make_trial(loop.configuration(), 1.0)
     tree = trial.state, prepared_loop(trial)
     assert _same(reader(shape_of(tree))(flat(tree)), tree)

@@ -148,7 +148,7 @@ class LoopNode(Node, Generic[NodeGroup]):
         """Start the parameter services and the diagnostics."""
         self.diagnostics = Diagnostics(
             self, self.validator, self.monitor, self.watch, self._pace, self._condition, self._running)
-        CheckedParameterService(self, type(self.parameters), self._apply, self._refusals)
+        CheckedParameterService(self, type(self.parameters), self._apply, self._refusals, self._mode.checks_beside)
         others = [node for node in self.loop.nodes if node != self._own_name]
         self.get_logger().info(f'waiting for {", ".join(self._mode.awaited(self.monitor.sources, others))}')
 

@@ -28,6 +28,8 @@ class NodeMode:
 class LockstepMode(NodeMode):
     """A node answers the questions of the plant; time is that of their stamps."""
 
+    checks_beside = False  # time waits for the check of a live change
+
     def make_clock(self, node: Node, _after_jump_back: Callable[[], None]) -> SteadyClock:
         """Return the clock of inputs and timers; `after_jump_back` is called after its jump back."""
         return SteadyClock(node)
@@ -53,6 +55,8 @@ class LockstepMode(NodeMode):
 
 class WallClockMode(NodeMode):
     """A node steps at its own rate with its newest inputs."""
+
+    checks_beside = True
 
     def make_clock(self, node: Node, after_jump_back: Callable[[], None]) -> SteadyClock:
         """Return the clock of inputs and timers; `after_jump_back` is called after its jump back."""

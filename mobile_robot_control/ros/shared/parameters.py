@@ -2,9 +2,14 @@
 
 from __future__ import annotations  # rclpy's classes are generic from kilted on
 
+import math
 import re
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import time
+from collections import Counter, deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future
+from functools import partial
+from threading import Thread
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -23,9 +28,20 @@ from mobile_robot_control.parameters.declaration import (
     nearest,
 )
 from mobile_robot_control.parameters.rcl_yaml import parse_yaml
+from mobile_robot_control.ros.shared.timers import create_steady_timer
 from mobile_robot_control.settings.files import is_declared, is_ros_parameter
 
 Group = TypeVar('Group')
+Returned = TypeVar('Returned')
+Built = tuple[Any, Sequence[str]]
+"""Values of a group, or None and the violations."""
+Change = Generator[dict[str, Any], Built, Returned]
+"""Yields values, to be built, and gets them built or refused; returns its result."""
+
+_LOOKS = 0.005
+"""[s] between two looks at a check that runs beside the ticks."""
+_PATIENCE = 2.0
+"""[s] after which such a check is told, as a law from outside may never end."""
 
 
 def _descriptor(declared: Declaration) -> ParameterDescriptor:
@@ -87,33 +103,109 @@ class CheckedParameterService(ParameterService):
         Takes the new values of the group after each change, and those set by name, changed or not.
     refusals : callable
         Yields reasons why the node, in its present state, refuses values of the group.
+    beside : bool
+        Check values in a thread of their own, one call after the other, while the node goes on with its ticks; a call
+        is answered, and its change applied, in the node's turns afterwards. Otherwise the node waits for the check.
 
     """
 
     def __init__(
         self, node: Node, group: type, apply: Callable[[Any, dict[str, Any]], None] = lambda *_: None,
-        refusals: Callable[[Any], Iterable[str]] = lambda _: (),
+        refusals: Callable[[Any], Iterable[str]] = lambda _: (), beside: bool = False,
     ) -> None:
         super().__init__(node)
         self._group, self._declared, self._apply, self._refusals = group, declarations(group), apply, refusals
+        self._beside, self._check, self._told_at = beside, Future[Built](), math.inf
+        self._calls: deque[tuple[Change[Any], Callable[[Any], None]]] = deque()
+        if beside:
+            self._timer = create_steady_timer(_LOOKS, self._look, node)
+            self._timer.cancel()
+            for service in node.services:
+                if service.callback in (self._set_parameters_callback, self._set_parameters_atomically_callback):
+                    # executors of rclpy answer at once: with what the callback returns, through this method
+                    service.send_response = partial(self._take, service.send_response)
 
     def _set_parameters_callback(self, request: Any, response: Any) -> Any:
-        messages = request.parameters
-        if len(messages) > 1 and not self._checked(messages)[1]:
-            together = self._set(messages)
+        return self._answer(self._several(request.parameters, response))
+
+    def _set_parameters_atomically_callback(self, request: Any, response: Any) -> Any:
+        return self._answer(self._together(request.parameters, response))
+
+    def _answer(self, change: Change[Any]) -> Any:
+        """Return the answer of a call or, if its checks run beside the ticks, what will make it."""
+        if self._beside:
+            return change
+        try:
+            values = next(change)
+            while True:
+                values = change.send(self._built(values))
+        except StopIteration as end:
+            return end.value
+
+    def _take(self, send: Callable[[Any, Any], None], change: Change[Any], header: Any) -> None:
+        """Take a call, which waits for those before it."""
+        self._calls.append((change, lambda response: send(response, header)))
+        if len(self._calls) == 1:
+            self._go_on(None)
+
+    def _go_on(self, built: Built | None) -> None:
+        """Go on with the calls until one needs a check, and begin it in a thread."""
+        while self._calls:
+            change, answer = self._calls[0]
+            try:
+                values = change.send(built)  # type: ignore[arg-type]  # None starts a generator
+            except StopIteration as end:
+                self._calls.popleft()
+                answer(end.value)
+                built = None
+            else:
+                self._check, self._told_at = Future(), time.monotonic() + _PATIENCE
+                # a node that ends does not wait for it
+                Thread(target=self._run_check, args=(self._check, values), daemon=True).start()
+                self._timer.reset()
+                return
+
+    def _run_check(self, check: Future[Built], values: dict[str, Any]) -> None:
+        try:
+            check.set_result(self._built(values))
+        except BaseException as error:  # the node's turn raises it
+            check.set_exception(error)
+
+    def _look(self) -> None:
+        if self._check.done():
+            self._timer.cancel()
+            self._go_on(self._check.result())
+        elif time.monotonic() > self._told_at:
+            self._told_at = math.inf
+            self._get_node().get_logger().warning(
+                f'the check of new parameters has taken {_PATIENCE:g} s and goes on; later changes wait for it: if it '
+                'does not end, mend the law that is checked, and start the node again')
+
+    def _built(self, values: Mapping[str, Any]) -> Built:
+        try:
+            return build(self._group, values), []
+        except ParameterError as error:
+            return None, error.violations
+
+    def _several(self, messages: Sequence[Any], response: Any) -> Change[Any]:
+        """Apply all as one change or, if they are not valid together, each separately."""
+        if len(messages) > 1:
+            checked = yield from self._checked(messages)
+            together = self._set(messages, *checked)
             if together.successful:
                 response.results = [together] * len(messages)
                 return response
-        response.results = [self._set([message]) for message in messages]
+        for message in messages:
+            response.results.append(self._set([message], *(yield from self._checked([message]))))
         return response
 
-    def _set_parameters_atomically_callback(self, request: Any, response: Any) -> Any:
-        response.result = self._set(request.parameters)
-        return response
-
-    def _set(self, messages: Sequence[Any]) -> SetParametersResult:
+    def _together(self, messages: Sequence[Any], response: Any) -> Change[Any]:
         """Apply all or nothing."""
-        built, violations = self._checked(messages)
+        response.result = self._set(messages, *(yield from self._checked(messages)))
+        return response
+
+    def _set(self, messages: Sequence[Any], built: Any, violations: Sequence[str]) -> SetParametersResult:
+        """Apply checked values, or refuse them."""
         if violations:
             return SetParametersResult(successful=False, reason='; '.join(violations))
         messages = [one for one in messages if not self._is_unchanged(one)]
@@ -171,18 +263,16 @@ class CheckedParameterService(ParameterService):
         """Return the present value of each declared parameter."""
         return {name: self._get_node().get_parameter(name).value for name in self._declared}
 
-    def _checked(self, messages: Sequence[Any]) -> tuple[Any, list[str]]:
+    def _checked(self, messages: Sequence[Any]) -> Change[Built]:
         """Return the values of the group after a call, and every violation in it; nothing changes."""
         formal = {message.name: found for message in messages for found in self._formal(message)}
         times = Counter(message.name for message in messages)
         repeated = [f'{name} is given {count} times; give it once' for name, count in times.items() if count > 1]
         changed = {message.name: self._value(message) for message in messages
                    if message.name in self._declared and message.name not in formal}
-        try:
-            built: Any = build(self._group, self._current() | changed)
-        except ParameterError as error:
-            return None, [*formal.values(), *repeated, *self._named(error.violations, changed)]
-        return built, [*formal.values(), *repeated, *self._refusals(built)]
+        built, violations = yield self._current() | changed
+        refusals = self._named(violations, changed) if violations else self._refusals(built)
+        return built, [*formal.values(), *repeated, *refusals]
 
     @staticmethod
     def _named(violations: Iterable[str], changed: Iterable[str]) -> Iterator[str]:

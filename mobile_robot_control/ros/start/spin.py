@@ -23,6 +23,8 @@ from mobile_robot_control.system.supervisor import LEAVING, exit_after
 
 RCLError = rclpy_implementation.RCLError
 """Raised by rclpy if rcl refuses."""
+_SWITCHES = 0.0005
+"""[s] for which a thread of Python may keep the others waiting."""
 
 
 def one_line(error: BaseException) -> str:
@@ -101,6 +103,8 @@ def _spin(nodes: Sequence[Any], stop: Stop) -> int:
         executor.add_node(node)
     # the objects made so far stay: collecting garbage among them would delay the loop
     gc.freeze()
+    # a thread that checks a live change must not delay a tick by Python's 5 ms
+    sys.setswitchinterval(_SWITCHES)
     with ExitStack() as ending:
         # drops every callback while the nodes still exist
         ending.callback(executor.shutdown)

@@ -5,7 +5,7 @@ import math
 
 import pytest
 from helpers import chapter
-from helpers.measuring import configuration
+from helpers.measuring import configuration, selecting
 from helpers.observation import inputs, observed
 
 from mobile_robot_control.control import backstepping, velocity_pi
@@ -157,10 +157,9 @@ def test_the_coming_acceleration_is_sent_for_torques_of_feedforward_alone(enable
 def test_a_law_starts_beside_the_path_and_stands_after_its_end(law, tmp_path):
     (tmp_path / 'path.csv').write_text('0,0\n1.5,0\n1.5,1\n')
     parameters = configure(load([], [
-        ('/**.reference_horizon', 1), ('/**.velocity_rate', 200.0), ('reference_cart.curve', 'path'),
+        *selecting(law, 1).items(), ('/**.velocity_rate', 200.0), ('reference_cart.curve', 'path'),
         ('reference_cart.path.file', str(tmp_path / 'path.csv')), ('reference_cart.timing.max_linear_velocity', 0.5),
-        ('reference_cart.timing.max_wheel_torque', 0.3), ('plant.initial_pose', [-0.1, 0.1, 0.3]),
-        ('position_controller.controller_type', law)]))
+        ('reference_cart.timing.max_wheel_torque', 0.3), ('plant.initial_pose', [-0.1, 0.1, 0.3])]))
     run, samples = recorded(parameters, course_of(parameters.reference_cart).period + 6.0)
     last = [*samples][-200:]
     tick = last[-1].tick

@@ -37,7 +37,9 @@ robots = (None, 'create3', 'turtlebot3_burger')
 # each law on one robot, or with "all" on each
 for n, law in enumerate(LAWS):
     for robot in robots if sys.argv[1:] == ['all'] else [robots[n % 3]]:
-        loop = ParameterSources(robot=robot).with_values({'position_controller.controller_type': law}).configuration()
+        ahead = {'/**.reference_horizon': LAWS[law].horizon} if LAWS[law].horizon else {}
+        loop = ParameterSources(robot=robot).with_values(
+            {'position_controller.controller_type': law, **ahead}).configuration()
         one = make_trial(loop, 0.04)
         trials = [one, one._replace(form=one.form._replace(indices=True))]
         # as a search varies them, here by the velocity gains and the times of the feedforward

@@ -63,7 +63,8 @@ def test_every_chromosome_decodes_to_a_valid_controller_within_bounds(controller
         assert len(decoded) == len(bounds)
         assert min(gene.low for gene in bounds) < min(decoded)
         assert max(decoded) <= max(gene.high for gene in bounds)
-    assert set(searched) <= {'controller_type', 'alpha', 'xi_min'}
+    assert set(searched) <= {
+            'controller_type', 'alpha', 'xi_min', 'softening', 'max_steer', 'least_lookahead', 'radius'}
 
 
 def test_corners_in_order_stay_and_others_are_exchanged():

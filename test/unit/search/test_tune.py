@@ -4,6 +4,7 @@ import csv
 import functools
 
 import pytest
+from helpers.measuring import selecting
 
 import mobile_robot_control as mrc
 from mobile_robot_control.control.laws import LAWS
@@ -64,7 +65,7 @@ def test_what_a_search_has_found_prints_itself_in_a_line(found):
 
 @pytest.mark.parametrize('law', LAWS)
 def test_a_first_look_finds_better_gains_than_the_configured_ones_for_every_law(law):
-    found = mrc.tune(law, seed=3, parameters=SMALL, generations=2, population=10, workers=1, laps=0.4)
+    found = mrc.tune(law, seed=3, parameters=SMALL | selecting(law), generations=2, population=10, workers=1, laps=0.4)
     assert found.better.searched < found.better.configured
     default, control = mrc.configure({}).position_controller.control, found.configuration.position_controller.control
     assert control.controller_type == law

@@ -13,6 +13,7 @@ from mobile_robot_control.settings.law_sets import (
     law_note,
     node_note,
     set_for,
+    shipped,
     shipped_set,
 )
 
@@ -32,6 +33,7 @@ def test_a_set_has_the_law_all_its_gains_and_the_velocity_gains_of_its_file(law)
     groups = {name.partition('.')[0] for name in found.values['position_controller']} - {'controller_type'}
     assert groups == set(law.groups or (law.name,))
     assert len(found.values['velocity_controller']) == 4
+    assert shipped(law.name).get('/**.reference_horizon', 0) == law.horizon
     assert differing(found, _present(files=[found.file])) == {}
     # what is changed by the set is what the file changes
     present = _present()
