@@ -24,7 +24,7 @@ def run(tmp_path):
 
     def done(command, *words):
         found = subprocess.run(
-            [os.path.join(os.path.dirname(sys.executable), command), *words], cwd=tmp_path, text=True, timeout=300,
+            [sys.executable, '-m', 'mobile_robot_control', command, *words], cwd=tmp_path, text=True, timeout=300,
             capture_output=True, check=False, env=os.environ | {'PYTHONPATH': str(tmp_path), 'ROS_DOMAIN_ID': '1'})
         assert found.returncode == 0, found.stderr
         return tmp_path

@@ -75,7 +75,7 @@ def test_an_interrupted_simulation_writes_what_was_done(tmp_path, monkeypatch, c
     assert 0.3 < metrics['duration'] < 0.5
     assert f'simulate: interrupted at t = {metrics["duration"]} s' in errors
     written = json.loads(output.with_suffix('.metrics.json').read_text())
-    assert written.pop('provenance')['command_line'].startswith('simulate --duration 16')
+    assert written.pop('provenance')['command_line'].startswith('mrc simulate --duration 16')
     assert written == metrics
     with output.open() as file:
         rows = Rows(file)

@@ -32,13 +32,13 @@ def test_figures_2_to_33_are_there_in_order():
 def test_the_command_of_a_figure_has_valid_options_and_files(figure):
     for line in figure.command.splitlines():
         words = shlex.split(line)
-        if words[0] == 'simulate':
-            options = simulate.parser().parse_args(words[1:])
+        if words[:2] == ['mrc', 'simulate']:
+            options = simulate.parser().parse_args(words[2:])
             configure(load([CONFIG.parent / name for name in options.params_files], options.overrides))
         elif words[0] == 'cat':
             assert (CONFIG.parent / words[1]).is_file()
         else:
-            assert words[:2] in (['make', 'figures'], ['report', 'run.csv'])
+            assert words[:3] in (['make', 'figures'], ['mrc', 'report', 'run.csv'])
 
 
 def test_the_ten_rules_are_those_of_the_chapter():

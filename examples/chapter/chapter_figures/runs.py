@@ -49,8 +49,8 @@ class ChapterRun(NamedTuple):
     def command(self) -> str:
         """Return the shell commands that make the same run and report it."""
         start = f" -p 'plant.initial_pose:={list(self.start)}'" if self.start else ''
-        return (f'simulate --duration {self.duration:g} --params-file config/{self.file}{start} --output run.csv\n'
-                'report run.csv --output report')
+        return (f'mrc simulate --duration {self.duration:g} --params-file config/{self.file}{start} --output run.csv\n'
+                'mrc report run.csv --output report')
 
 
 # three laps, in which the errors fall from lap to lap

@@ -26,7 +26,7 @@ def table(tmp_path):
 
 def test_a_run_records_its_command_its_versions_and_all_parameters(table):
     found = json.loads(table.with_suffix('.metrics.json').read_text())['provenance']
-    assert found['command_line'] == ("simulate --duration 0.1 -p position_controller.backstepping.p:=2.5 -p "
+    assert found['command_line'] == ("mrc simulate --duration 0.1 -p position_controller.backstepping.p:=2.5 -p "
                                      f"plant.noise.seed:=7 --output '{table}'")
     assert found['versions']['mobile_robot_control'] == mrc.__version__
     assert found['versions']['python'] == platform.python_version()
@@ -41,7 +41,7 @@ def test_a_report_records_how_it_was_made_in_its_json_and_on_its_page(table, tmp
     monkeypatch.setattr(report_writing, 'RUN_FIGURES', RUN_FIGURES[:1])
     assert report.main([f'<x>={table}', '--output', str(tmp_path / 'out')]) == 0
     made = json.loads((tmp_path / 'out' / 'report.json').read_text())['<x>']['provenance']
-    assert made['command_line'] == f"report '<x>={table}' --output {tmp_path / 'out'}"
+    assert made['command_line'] == f"mrc report '<x>={table}' --output {tmp_path / 'out'}"
     assert made['parameters']['plant']['noise.seed'] == 7
     page = (tmp_path / 'out' / 'report.html').read_text()
     fold = page.partition('<summary>How this was made</summary>')[2].partition('</details>')[0]
