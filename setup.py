@@ -24,8 +24,7 @@ def executables():
     names = runpy.run_path(f'{PACKAGE}/__main__.py')
     found = [f'mrc = {PACKAGE}.__main__:main']
     if 'setuptools.build_meta' not in sys.modules:
-        found += [f'{node} = {PACKAGE}.ros.start.executables:{node}' for node in names['NODES']]
-        found += [f'{name} = {PACKAGE}.{folder}.command:main' for name, folder in names['COMMANDS'].items()]
+        found += [f'{name} = {PACKAGE}.__main__:main' for name in (*names['NODES'], *names['COMMANDS'])]
     return found
 
 

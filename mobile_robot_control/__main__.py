@@ -56,12 +56,19 @@ def _answer(word: str) -> str:
 
 
 def main() -> int:
-    """Run a command or a node; return its exit code."""
-    name, *arguments = sys.argv[1:] or ['']
-    if name in COMMANDS:
-        return int(import_module(f'mobile_robot_control.{COMMANDS[name]}.command').main(arguments))
+    """Run the command or the node that this executable, or its first word, has the name of; return its exit code."""
+    called = Path(sys.argv[0]).name
+    name, *arguments = [called, *sys.argv[1:]] if called in (*COMMANDS, *NODES) else sys.argv[1:] or ['']
     if name in NODES:
         return int(import_module('mobile_robot_control.ros.start.executables').run_nodes([name], arguments))
+    if name in COMMANDS:
+        try:
+            command = import_module(f'mobile_robot_control.{COMMANDS[name]}.command')
+        except ModuleNotFoundError as error:
+            sys.stderr.write(f'{name}: the Python module {error.name} is missing; install it with rosdep, or with pip '
+                             'in an environment (python3 -m venv --system-site-packages .venv)\n')
+            return 2
+        return int(command.main(arguments))
     try:
         sys.stdout.write(_answer(name))
     except LookupError:

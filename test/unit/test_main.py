@@ -59,3 +59,16 @@ def test_bash_completes_the_names(monkeypatch, capsys):
     script = capsys.readouterr().out + 'COMP_WORDS=(mrc si) COMP_CWORD=1; _mrc; echo "${COMPREPLY[@]}"'
     done = subprocess.run(['bash', '-c', script], capture_output=True, text=True, check=True, env=dict(os.environ))
     assert done.stdout == 'simulate\n'
+
+
+def test_a_module_that_is_missing_is_named_before_anything_runs(tmp_path):
+    (tmp_path / 'sitecustomize.py').write_text('import sys\nsys.modules.update(mcap=None)\n')
+    for words in (['-m', 'mobile_robot_control', 'report', 'run.csv', '--output', 'out'],
+                  # an executable of its own name, as for `ros2 run`
+                  ['-c', 'import sys; sys.argv = ["lib/report", "run.csv", "--output", "out"]; '
+                         'from mobile_robot_control.__main__ import main; sys.exit(main())']):
+        done = subprocess.run([sys.executable, *words], capture_output=True, text=True, check=False, cwd=tmp_path,
+                              env=os.environ | {'PYTHONPATH': str(tmp_path)})
+        assert done.returncode == 2
+        assert done.stderr.startswith('report: the Python module mcap')
+        assert 'rosdep, or with pip in an environment' in done.stderr

@@ -50,26 +50,6 @@ def run_nodes(
     return code
 
 
-def plant() -> int:
-    """Run the node `plant`."""
-    return run_nodes(['plant'], sys.argv[1:])
-
-
-def velocity_controller() -> int:
-    """Run the node `velocity_controller`."""
-    return run_nodes(['velocity_controller'], sys.argv[1:])
-
-
-def position_controller() -> int:
-    """Run the node `position_controller`."""
-    return run_nodes(['position_controller'], sys.argv[1:])
-
-
-def reference_cart() -> int:
-    """Run the node `reference_cart`."""
-    return run_nodes(['reference_cart'], sys.argv[1:])
-
-
 if __name__ == '__main__':
     divide = sys.argv.index('--ros-args') if '--ros-args' in sys.argv else len(sys.argv)
     sys.exit(run_nodes(sys.argv[1:divide], sys.argv[divide:], follow_parent=True))
