@@ -38,7 +38,7 @@ def step(state, inputs, gains, robot, limit, dt):
     steps += 1
     if gains.k in AWAITED and gains.k not in seen:
         seen.add(gains.k)
-        awaited, until = steps + AWAITED[gains.k], time.monotonic() + 20.0
+        awaited, until = steps + AWAITED[gains.k], time.monotonic() + 40.0
         while steps < awaited:
             time.sleep(0.001)
             if time.monotonic() > until:

@@ -90,7 +90,8 @@ def test_corrections_of_a_lockstep_run_are_replayed_to_the_last_bit(robot, tf, t
     corrections = []
     robot.recorder.create_subscription(DiagnosticArray, 'events', lambda message: corrections.extend(
         status.values[0].value for status in message.status if status.values[0].key == 'correction'), KEPT)
-    robot.spin_until(lambda: robot.time() > 0.0 and tf.subscribers())
+    # the run, which stands nearly still, has begun
+    robot.spin_until(lambda: 'cmd_vel' in robot.recorder.newest and tf.subscribers())
     # through a frame between; noise of 2 mm, a step, and a transform of other frames
     tf(transform('mid', 'odom', Pose(0.5, 0.0, 0.3)), is_static=True)
     draw = random.Random(1)  # noqa: S311 (noise)

@@ -40,7 +40,7 @@ def _changed_run(robot, output):
     push = robot.recorder.create_publisher(WrenchStamped, 'disturbance', 10)
     # not one that keeps its last message: that would lead the cart of the replay, too
     paths = robot.recorder.create_publisher(Path, 'path', 10)
-    robot.spin_until(lambda: robot.recorder.has_every_topic() and robot.time() > 0.0)
+    robot.spin_until(robot.recorder.has_every_topic)
     # so slow that all that follows is done before its end
     _set(robot, 'plant', real_time_factor=0.05)
     _set(robot, 'velocity_controller', gains__k1=0.25)

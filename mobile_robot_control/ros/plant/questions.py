@@ -180,9 +180,10 @@ class LockstepPacer:
             self._ask_when_due()
 
     def ask(self, present: int) -> None:
-        """Publish the question of a simulated time [ns] now, or as soon as the wall clock allows."""
+        """Publish the question of a simulated time [ns], the first one now, others as soon as the wall clock allows."""
         self._policy.wait_to_ask(present)
-        self._due += self._wall_period
+        if present:
+            self._due += self._wall_period
         self._ask_when_due()
 
     def remind(self) -> None:

@@ -16,7 +16,7 @@ D, P = 2_000_000, 10_000_000
 class Asker:
     """A plant that counts, whose question period is D, or P for a base."""
 
-    def __init__(self, monkeypatch, period=D, end=10**9, **values):
+    def __init__(self, monkeypatch, period=D, end=10**9, factor=0.0, **values):
         self.k, self.asked, self.exit_code, self.end = 0, [], None, end
         self.timers, self.wall, self.pushed, self.silences = [], 50.0, [], []
         monkeypatch.setattr(questions, 'time', types.SimpleNamespace(monotonic=lambda: self.wall))
@@ -28,7 +28,7 @@ class Asker:
         self.note_step = lambda stamp: None
         self.control = LockstepRunControl(self.values, lambda: self.now, self.go_on, self.begin_new_run)
         stalls = types.SimpleNamespace(note_silence=self.note_silence, note_progress=lambda: None, named=[])
-        self.driver = QuestionDriver(self, self, period, self.control, stalls, 0.0)
+        self.driver = QuestionDriver(self, self, period, self.control, stalls, factor)
         self.driver.ask()
 
     now = property(lambda self: self.k * D)
@@ -86,6 +86,15 @@ def test_each_decision_and_of_several_answers_to_a_stamp_the_first(make):
     # a motion that diverged asks nothing
     plant.exit_code = 1
     assert plant.answer(4 * D) == []
+
+
+def test_the_first_question_waits_for_no_clock_however_slow_the_run_is(make):
+    plant = make(factor=0.001)
+    assert plant.asked == [0]
+    assert plant.answer(0) == []
+    plant.wall += 2.1
+    plant.timers[-1]()
+    assert plant.asked == [D]
 
 
 def test_a_question_is_repeated_while_it_is_not_answered(make):
