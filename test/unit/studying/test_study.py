@@ -33,8 +33,8 @@ def test_every_law_is_studied_in_the_same_scenarios(monkeypatch):
         law: {'position_controller.controller_type': law} for law in LAWS})
     assert list(found.controllers) == list(LAWS)
     assert set(found.runs['outcome']) == {'completed'}
-    assert len(set(found.runs['rms_position_error'])) == 2 * len(LAWS) == 18
-    assert len(found.comparisons) == 36
+    assert len(set(found.runs['rms_position_error'])) == 2 * len(LAWS)
+    assert len(found.comparisons) == len(LAWS) * (len(LAWS) - 1) // 2
 
 
 OPTIONS = {'scales': [0.05, 0.1], 'within': 0.5, 'longest_delay': 2, 'noise_pose': (0.01, 0.01, 0.0), 'laps': 1.5}
