@@ -37,7 +37,7 @@ HEXAGON = (1.0, 0.0), (0.5, 0.875), (-0.5, 0.875), (-1.0, 0.0), (-0.5, -0.875), 
 STORED = TEST / 'bits.txt'
 CONFIG = TEST.parent / 'config'
 LAWS = ('backstepping', 'hybrid_backstepping', 'fuzzy', 'kanayama', 'dynamic_feedback_linearization', 'sliding_mode',
-        'periodic', 'ramsete', 'lqr', *(law.name for law in OUTSIDE))
+        'periodic', 'ramsete', 'lqr', *(law.name for law in OUTSIDE), 'mpc')
 FORMS = {
     'torque': {},
     'sensors': {'plant.noise.pose': [0.01, 0.02, 0.005], 'plant.noise.velocity': 0.05, 'plant.noise.seed': 7,
