@@ -10,6 +10,7 @@ from mobile_robot_control.control.law import NoState
 from mobile_robot_control.control.laws import PositionControl, select
 from mobile_robot_control.control.limits import Limits
 from mobile_robot_control.control.mpc import STAGES, TICKS, MpcWeights, step
+from mobile_robot_control.control.steering import Steering, make_steered
 from mobile_robot_control.loop.trial import make_trial
 from mobile_robot_control.quantities import BodyVelocity, Observation, Pose, Reference, TrackingError
 from mobile_robot_control.settings.configure import ParameterSources
@@ -100,3 +101,15 @@ def test_with_the_horizon_of_the_whole_plan_compiled_runs_have_the_bits_of_plain
         'position_controller.limits.linear_velocity': 0.5, 'position_controller.limits.angular_velocity': 1.2,
         'plant.initial_pose': [0.9, 0.1, 1.2]}).configuration(), 3.0)
     assert run_trials([trial], True) == run_trials([trial], False)
+
+
+@pytest.mark.soak
+def test_a_reference_that_drives_backwards_is_compiled_with_that_horizon_too():
+    pytest.importorskip('numba')
+    from mobile_robot_control.loop.batch import compiled_step
+
+    observation, weights = drawn(np.random.default_rng(5), TICKS * (STAGES - 1))
+    backwards = observation._replace(reference=observation.reference._replace(velocity=BodyVelocity(-0.4, 0.3)))
+    arguments = Steering(NoState(), NoState()), backwards, (weights, Limits(0.5, 1.2)), DT
+    steered = make_steered(step, TICKS * (STAGES - 1))
+    assert compiled_step(steered)(*arguments, 1) == steered(*arguments)
