@@ -107,7 +107,7 @@ setup(
             'mypy',
             'nbclient',
             'pandas',
-            # of examples/mpc_controller
+            # a solver, with which model predictive control is compared
             'piqp',
             'pytest>=8',
             'pytest-timeout',

@@ -39,7 +39,7 @@ CONFIG = TEST.parent / 'config'
 LAWS = ('backstepping', 'hybrid_backstepping', 'fuzzy', 'kanayama', 'dynamic_feedback_linearization', 'sliding_mode',
         'periodic', 'ramsete', 'lqr', *(law.name for law in OUTSIDE),
         # behind the others, as the place decides on the curve
-        'input_output_linearization', 'stanley', 'regulated_pure_pursuit')
+        'input_output_linearization', 'stanley', 'regulated_pure_pursuit', 'mpc')
 FORMS = {
     'torque': {},
     'sensors': {'plant.noise.pose': [0.01, 0.02, 0.005], 'plant.noise.velocity': 0.05, 'plant.noise.seed': 7,

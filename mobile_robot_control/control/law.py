@@ -76,6 +76,8 @@ class Law(NamedTuple):
         Whether a search of this law includes the velocity gains by default.
     horizon : int
         Position ticks of reference that the law needs ahead; `reference_horizon` must not be smaller.
+    within_limits : bool
+        Whether the step takes the `Limits` of the command, too, as the last of a tuple of groups.
 
     """
 
@@ -90,6 +92,7 @@ class Law(NamedTuple):
     population: int = 51
     with_velocity_gains: bool = True
     horizon: int = 0
+    within_limits: bool = False
 
     @property
     def group(self) -> str:

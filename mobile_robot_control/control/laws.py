@@ -29,6 +29,7 @@ BUILT_IN: tuple[Law, ...] = tuple(import_module(f'mobile_robot_control.control.{
     'input_output_linearization',
     'stanley',
     'regulated_pure_pursuit',
+    'mpc',
 ))
 """In the order of their parameters; a new law of the package is a module and a line above."""
 RESERVED = frozenset({
@@ -133,12 +134,14 @@ def _prepared(prepare: Callable[[Any, float], Any], gains: Any, dt: float) -> An
 
 def declared_gains(parameters: PositionControl) -> tuple[Law, Any]:
     """
-    Return the law of checked parameters, and its gains as declared: a group, or a tuple of several.
+    Return the law of checked parameters, and its gains as declared: a group, or a tuple of several and of the limits.
 
     Raises ParameterError if the law takes the gains of an unknown law.
     """
     law = LAWS[parameters.controller_type]
     groups = tuple(getattr(parameters, name) for name in groups_of(law))
+    if law.within_limits:
+        groups += (parameters.limits,)
     return law, groups if len(groups) > 1 else groups[0]
 
 

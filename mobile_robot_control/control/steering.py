@@ -65,15 +65,24 @@ def _no_references(_references: tuple[Reference, ...]) -> tuple[()]:
     return ()
 
 
+@jitable
+def _one_turned_round(references: tuple[Reference, ...]) -> tuple[Reference, ...]:
+    return (turned_round(references[0]),)
+
+
 @lru_cache(maxsize=64)
 def _all_turned_round(count: int) -> Callable[[tuple[Reference, ...]], tuple[Reference, ...]]:
     """Make a function that turns so many references round; compiled code has no loop over a tuple."""
     if count == 0:
         return _no_references
-    fewer = _all_turned_round(count - 1)
+    if count == 1:
+        return _one_turned_round
+    # by halves: a compiler takes no long chain of calls
+    half = count // 2
+    nearer, farther = _all_turned_round(half), _all_turned_round(count - half)
 
     def turned(references: tuple[Reference, ...]) -> tuple[Reference, ...]:
-        return fewer(references) + (turned_round(references[count - 1]),)
+        return nearer(references[:half]) + farther(references[half:])
 
     return jitable(turned)
 

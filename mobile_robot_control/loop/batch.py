@@ -103,11 +103,13 @@ def _rows(horizon: int) -> tuple[Callable[[Any, int], tuple[Reference, ...]], ..
     """Make a function that returns the n-th row of an array and its horizon as references; it follows its callees."""
     if horizon == 0:
         return (_accelerated_row,)
-    callees = _rows(horizon - 1)
-    nearer = callees[-1]
+    # by halves: a compiler takes no long chain of calls
+    half = (horizon + 1) // 2
+    callees = dict.fromkeys((*_rows(half - 1), *_rows(horizon - half)))
+    nearer, farther = _rows(half - 1)[-1], _rows(horizon - half)[-1]
 
     def rows_from(rows: object, n: int) -> tuple[Reference, ...]:
-        return nearer(rows, n) + _accelerated_row(rows, n + horizon)
+        return nearer(rows, n) + farther(rows, n + half)
 
     return *callees, rows_from
 

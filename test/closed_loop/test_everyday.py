@@ -17,8 +17,7 @@ MORE_CURVES = (*CURVES, 'circle', 'line')
 # [m], RMS over half a lap
 BOUNDS = {'backstepping': 0.05, 'hybrid_backstepping': 0.05, 'fuzzy': 0.10, 'kanayama': 0.05, 'ramsete': 0.05,
           'periodic': 0.05, 'dynamic_feedback_linearization': 0.05, 'sliding_mode': 0.05, 'lqr': 0.05,
-          'input_output_linearization': 0.05, 'stanley': 0.05,
-          'regulated_pure_pursuit': 0.05}
+          'input_output_linearization': 0.05, 'stanley': 0.05, 'regulated_pure_pursuit': 0.05, 'mpc': 0.05}
 # of the others success is not promised from every start
 FROM_BESIDE = ('backstepping', 'hybrid_backstepping', 'fuzzy')
 # 0.2 m beside the path, the cart out of sight: behind, or abeam

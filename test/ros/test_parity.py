@@ -83,6 +83,9 @@ def _assignments(options):
 
 # as ramsete, which is driven in `make test`
 WITHOUT_MEMORY = ('kanayama', 'periodic', 'input_output_linearization', 'stanley')
+# along a reference that is known, within limits that bind
+PLANNED = ['/**.reference_horizon:=20', 'position_controller.limits.linear_velocity:=0.5',
+           'position_controller.limits.angular_velocity:=1.2']
 
 
 @pytest.mark.parametrize('law', [
@@ -90,7 +93,7 @@ WITHOUT_MEMORY = ('kanayama', 'periodic', 'input_output_linearization', 'stanley
 def test_recorded_topics_agree_with_the_rollout(domain, tmp_path, law):
     # half a lap of the law that has a memory; the others meet every speed of the cart within a sixth of one
     seconds = 8 if law == 'hybrid_backstepping' else 3
-    configuration, arguments = configured(tmp_path, seconds, [CONFIG / f'{law}.yaml'])
+    configuration, arguments = configured(tmp_path, seconds, [CONFIG / f'{law}.yaml'], PLANNED if law == 'mpc' else ())
     with driven(tmp_path / 'run', arguments) as robot:
         assert_agree(robot.recording(), configuration, seconds)
 

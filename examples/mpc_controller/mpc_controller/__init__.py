@@ -1,1 +1,0 @@
-"""A model predictive position law for mobile_robot_control."""
