@@ -29,12 +29,11 @@ DEAF = """while True:
 # without numba, whose compilation takes longer than the rest
 START = """import sys
 sys.modules['numba'] = None
-from importlib.metadata import entry_points
+from mobile_robot_control.__main__ import main
 from mobile_robot_control.system import process
 process.LATE, process._LAST = 0.2, 1.0
 sys.argv = sys.argv[1:]
-command = next(iter(entry_points(group='console_scripts', name=sys.argv[0])))
-sys.exit(command.load()())"""
+sys.exit(main())"""
 SMALL = ['-p', '/**.velocity_rate:=100.0', '-p', '/**.position_rate:=50.0', '-p', 'reference_cart.period:=0.5']
 CHOSEN = ['-p', 'position_controller.controller_type:=endless']
 
