@@ -18,8 +18,9 @@ import threading
 import time
 import traceback
 import types
-from importlib.metadata import entry_points
 from pathlib import Path
+
+from mobile_robot_control import __main__ as mrc
 
 _SUBREAPER = 36
 """PR_SET_CHILD_SUBREAPER of Linux: what a case leaves behind becomes a child of this process."""
@@ -28,15 +29,15 @@ _GRACE = 20.0
 COMMANDS = ('simulate', 'experiment', 'report', 'tune', 'study')
 
 
-def _installed(command):
-    """Return the entry point of a command or node."""
-    return next(iter(entry_points(group='console_scripts', name=command)))
+def _module(command):
+    """Return the name of the module of a command."""
+    return f'mobile_robot_control.{mrc.COMMANDS[command]}.command'
 
 
 def main_of(command):
     """Return the entry point of a command, or a function that starts and ends a node."""
     if command in COMMANDS:
-        return _installed(command).load()
+        return importlib.import_module(_module(command)).main
     from mobile_robot_control.ros.start.spin import spin
     from mobile_robot_control.system.process import prepare_streams
 
@@ -99,9 +100,8 @@ def _start(case, streams):
     """Start a case; returns its process [pid]."""
     command, arguments = case['command'], case['arguments']
     if case['process']:
-        words = [sys.executable, '-m', _installed(command).module, *arguments]
-        if command not in COMMANDS:
-            words[2:4] = ['mobile_robot_control.ros.start.executables', command]
+        words = [sys.executable, '-m', _module(command) if command in COMMANDS else
+                 'mobile_robot_control.ros.start.executables', *([] if command in COMMANDS else [command]), *arguments]
         changed = {**os.environ, **case['environment']}
         environment = {name: value for name, value in changed.items() if value is not None}
         return subprocess.Popen(words, cwd=case['cwd'], env=environment, stdin=subprocess.DEVNULL, stdout=streams[0],
