@@ -78,7 +78,7 @@ setup(
         'jazzy': ['ros-jazzy-rclpy', 'ros-jazzy-common-interfaces', 'ros-jazzy-rmw-fastrtps-cpp'],
         'kilted': ['ros-kilted-rclpy', 'ros-kilted-common-interfaces', 'ros-kilted-rmw-fastrtps-cpp'],
         # compiled rollouts: some hundred times faster searches; and what identify fits with
-        'fast': ['numba>=0.62', 'scipy>=1.11'],
+        'fast': ['numba>=0.58', 'scipy>=1.11'],
         # rollouts on an NVIDIA GPU, with the compiler
         'cuda': ['numba-cuda[cu12]>=0.30,<1', 'numba>=0.62', 'numpy<2.5', 'scipy>=1.11'],
         # the page to watch and handle the robot

@@ -65,8 +65,8 @@ def main() -> int:
         try:
             command = import_module(f'mobile_robot_control.{COMMANDS[name]}.command')
         except ModuleNotFoundError as error:
-            sys.stderr.write(f'{name}: the Python module {error.name} is missing; install it with rosdep, or with pip '
-                             'in an environment (python3 -m venv --system-site-packages .venv)\n')
+            told = import_module('mobile_robot_control.system.texts').missing(error.name, name)
+            sys.stderr.write(f'{name}: {told}\n')
             return 2
         return int(command.main(arguments))
     try:

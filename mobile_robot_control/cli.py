@@ -16,7 +16,7 @@ from mobile_robot_control.settings.configure import ParameterSources
 from mobile_robot_control.system.files import explain, is_disk_full
 from mobile_robot_control.system.process import discard_output, flush_output, prepare_streams
 from mobile_robot_control.system.supervisor import leave_dds
-from mobile_robot_control.system.texts import told
+from mobile_robot_control.system.texts import missing, told
 from mobile_robot_control.version import __version__
 
 Request = TypeVar('Request')
@@ -252,7 +252,7 @@ def make_main(
             # EIO: a terminal that was closed meanwhile
             return 1 if is_disk_full(error) or error.errno == errno.EIO else 2
         except ModuleNotFoundError as error:
-            print(f'{name}: the Python module {error.name} is missing; install it with rosdep or pip', file=sys.stderr)
+            print(f'{name}: {missing(error.name, name)}', file=sys.stderr)
             return 2
         except KeyboardInterrupt:
             print(f'{name}: interrupted', file=sys.stderr)

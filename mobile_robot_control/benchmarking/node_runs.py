@@ -19,7 +19,7 @@ from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.loop.indices import position_error
 from mobile_robot_control.loop.scenarios import Scenario, scenario_configuration
 from mobile_robot_control.loop.trial import Trial
-from mobile_robot_control.messages.mcap_stream import BagError
+from mobile_robot_control.messages.bag_messages import BagError
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.ros.shared.process import Stop, check_environment
 from mobile_robot_control.runs.bag import read_bag

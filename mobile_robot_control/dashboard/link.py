@@ -23,8 +23,8 @@ from mobile_robot_control.dashboard.publishing import Disturbances, PathSender
 from mobile_robot_control.dashboard.recordings import STATE
 from mobile_robot_control.dashboard.sampling import message_text
 from mobile_robot_control.dashboard.service_calls import ServiceCalls
+from mobile_robot_control.messages.bag_messages import RESET
 from mobile_robot_control.messages.cdr import deserialise
-from mobile_robot_control.messages.mcap_stream import RESET
 from mobile_robot_control.messages.parsing import RefusedMessageError, read_or_refuse, serialised_stamp
 from mobile_robot_control.quantities import TrackingError
 from mobile_robot_control.ros.start.spin import make_executor

@@ -12,7 +12,7 @@ from mobile_robot_control.experiment.node_processes import START
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.ros.shared.process import LOAD_ERRORS, Stop, check_environment, load_fault
 from mobile_robot_control.system.supervisor import Supervisor
-from mobile_robot_control.system.texts import printable
+from mobile_robot_control.system.texts import missing, printable
 
 _SETTLE = 3.2
 """[s] of wall time to find other publishers before nodes are started; DDS announces every 3 s."""
@@ -26,8 +26,7 @@ def _check_extra() -> None:
         for name in ('starlette', 'uvicorn', 'websockets'):
             import_module(name)
     except ModuleNotFoundError as error:
-        raise ParameterError([f"the Python module {error.name} is missing; install the extra: "
-                              "pip install 'mobile_robot_control[dashboard]'"]) from error
+        raise ParameterError([missing(error.name, 'dashboard')]) from error
 
 
 def serve(request: DashboardRequest, stop: Stop) -> None:

@@ -9,8 +9,8 @@ import numpy as np
 
 from mobile_robot_control.figures.figure import Floats
 from mobile_robot_control.messages.bag_files import BagFiles
+from mobile_robot_control.messages.bag_messages import Message
 from mobile_robot_control.messages.cdr import deserialise
-from mobile_robot_control.messages.mcap_stream import Message
 from mobile_robot_control.messages.parsing import (
     RefusedMessageError,
     read_or_refuse,

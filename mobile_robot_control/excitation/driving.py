@@ -20,7 +20,7 @@ from mobile_robot_control.ros.shared.qos import flush
 from mobile_robot_control.ros.shared.timers import create_steady_timer
 from mobile_robot_control.ros.start.spin import make_executor
 from mobile_robot_control.runs.bag import topic_names
-from mobile_robot_control.runs.bag_writer import BagWriter
+from mobile_robot_control.runs.new_bag import BagWriter
 from mobile_robot_control.system.progress import tqdm
 from mobile_robot_control.system.supervisor import keep_node
 

@@ -16,7 +16,7 @@ from mobile_robot_control.experiment.recorder import NO_LIMIT, Recorder
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.ros.shared.process import Stop
 from mobile_robot_control.ros.start.spin import make_executor
-from mobile_robot_control.runs.bag_writer import BagWriter
+from mobile_robot_control.runs.new_bag import BagWriter
 from mobile_robot_control.settings.configure import configure
 from mobile_robot_control.settings.files import load
 from mobile_robot_control.settings.nodes import loop_of

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from mobile_robot_control.experiment.foreign_nodes import ForeignNode, recorded_nodes, replay_faults
 from mobile_robot_control.messages.bag_files import LoopMessages, first_difference, read_loop_messages
-from mobile_robot_control.messages.mcap_stream import RESET, BagError, Change
+from mobile_robot_control.messages.bag_messages import RESET, BagError, Change
 from mobile_robot_control.parameters.declaration import ParameterError, check_value, declarations, flatten
 from mobile_robot_control.quantities import LARGEST, period_nanoseconds
 from mobile_robot_control.reference.path_parameters import NO_FILE

@@ -27,7 +27,7 @@ from mobile_robot_control.experiment.recorder import NO_LIMIT
 from mobile_robot_control.experiment.replay_plan import Replay, changed_parameters
 from mobile_robot_control.experiment.runner import ExperimentRunner, RunFailedError
 from mobile_robot_control.messages import writing
-from mobile_robot_control.messages.mcap_stream import Change
+from mobile_robot_control.messages.bag_messages import Change
 from mobile_robot_control.messages.writing import planar_quaternion
 from mobile_robot_control.quantities import NANOSECONDS, Pose, Push
 from mobile_robot_control.ros.shared.qos import PUBLISHED

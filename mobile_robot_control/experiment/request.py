@@ -102,6 +102,9 @@ class Experiments:
         self._request, self._command_line, self._stop = request, command_line, stop
         self._output = Path(request.output)
 
+        # what it lacks is told before a folder is made
+        import mobile_robot_control.runs.new_bag  # noqa: F401, PLC0415 (late: usage errors appear at once)
+
     def run(self) -> Performed:
         """Run the experiment, or replay one; a refusal raises ParameterError, and changes nothing."""
         if self._request.replay is not None:

@@ -19,7 +19,7 @@ from mobile_robot_control.quantities import period_nanoseconds
 from mobile_robot_control.ros.shared import conversions
 from mobile_robot_control.ros.shared.process import Stop
 from mobile_robot_control.ros.start.spin import RCLError, make_executor, one_line
-from mobile_robot_control.runs.bag_writer import BagWriter
+from mobile_robot_control.runs.new_bag import BagWriter
 from mobile_robot_control.settings.nodes import Configuration, loop_of
 from mobile_robot_control.system.progress import RunProgress, tqdm
 from mobile_robot_control.system.supervisor import Supervisor, is_suspended, keep_node, shut_down

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobile_robot_control.figures.figure import Floats
-from mobile_robot_control.messages.mcap_stream import ProgressCallback
+from mobile_robot_control.messages.bag_messages import ProgressCallback
 from mobile_robot_control.quantities import NANOSECONDS
 from mobile_robot_control.runs.bag import Contents, read_contents
 from mobile_robot_control.runs.columns import COLUMNS

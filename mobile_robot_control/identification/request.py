@@ -13,7 +13,7 @@ from mobile_robot_control.identification.recorded import Recorded, read_recorded
 from mobile_robot_control.identification.result import Identification, UnidentifiableError
 from mobile_robot_control.identification.torque_robot import identify_torques
 from mobile_robot_control.identification.velocity_robot import identify_base
-from mobile_robot_control.messages.mcap_stream import BagError, ProgressCallback
+from mobile_robot_control.messages.bag_messages import BagError, ProgressCallback
 from mobile_robot_control.model.plant import VELOCITY
 from mobile_robot_control.parameters.declaration import Field, ParameterError
 from mobile_robot_control.parameters.requests import Reader, make_request, takes_fields
@@ -22,6 +22,7 @@ from mobile_robot_control.settings.configure import File, ParameterSources, para
 from mobile_robot_control.settings.files import read_namespace
 from mobile_robot_control.settings.nodes import Configuration
 from mobile_robot_control.settings.provenance import call_text, provenance
+from mobile_robot_control.system.texts import missing
 
 
 class IdentificationRequest(NamedTuple):
@@ -110,8 +111,7 @@ def _need_scipy() -> None:
     try:
         import scipy  # noqa: F401, PLC0415 (asked for before a long reading)
     except ModuleNotFoundError as error:
-        raise ParameterError([f"the Python module {error.name} is missing; install the extra: pip install "
-                              "'mobile_robot_control[fast]', or apt install python3-scipy"]) from None
+        raise ParameterError([missing(error.name, 'identify')]) from None
 
 
 @takes_fields(IdentificationRequest)

@@ -29,6 +29,9 @@ _caching: Any = numba.core.caching
 _config: Any = numba.core.config
 _event: Any = numba.core.event
 
+# before numba 0.62, as from apt, it was private
+_Located: Any = getattr(_caching, 'UserProvidedCacheLocator', None) or _caching._UserProvidedCacheLocator
+
 PACKAGE = Path(__file__).parents[1]
 _LOCK = 'lock'
 _KEPT = 30 * 24 * 3600.0
@@ -119,7 +122,7 @@ def _why_not(place: Path) -> str:
             f'has the mode {mode:04o} in place of 0700' if mode != 0o700 else '')
 
 
-class _Place(_caching.UserProvidedCacheLocator):
+class _Place(_Located):  # type: ignore[misc,unused-ignore]
     """Where a function lies: the folder has the checksum of all sources, which no stamp must repeat."""
 
     @classmethod

@@ -4,23 +4,14 @@ import hashlib
 from array import array
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import yaml
-from rosbags.rosbag2 import Reader
 
-from mobile_robot_control.messages.mcap_stream import (
-    BagError,
-    Change,
-    McapStream,
-    Message,
-    ProgressCallback,
-    read_change,
-    unpack_file,
-    unpack_message,
-)
+from mobile_robot_control.messages.bag_messages import BagError, Change, Message, ProgressCallback, read_change
 from mobile_robot_control.messages.parsing import RefusedMessageError, serialised_stamp
 from mobile_robot_control.system.files import BAG, METADATA, open_bounded, read_bounded
 from mobile_robot_control.system.texts import shortened
@@ -79,13 +70,19 @@ class BagFiles:
 
     def _of_file(self, file: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
         if file.suffix == '.zstd':
+            from mobile_robot_control.messages.mcap_stream import unpack_file  # noqa: PLC0415 (late, as all readers)
+
             with TemporaryDirectory() as folder:
                 try:
                     plain = unpack_file(file, Path(folder))
                 except (OSError, ValueError) as error:
                     raise _unreadable(file, error) from error
                 yield from self._of_file(plain, wanted)
+        elif not find_spec('mcap' if file.suffix == '.mcap' else 'rosbags'):
+            yield from self._by_rosbag2(file, wanted)
         elif file.suffix == '.mcap':
+            from mobile_robot_control.messages.mcap_stream import McapStream  # noqa: PLC0415
+
             stream = McapStream(file, self._progress)
             yield from stream.messages(wanted)
             self.problems += stream.problems
@@ -95,6 +92,8 @@ class BagFiles:
 
     def _unpacked(self, messages: Iterator[Message]) -> Iterator[Message]:
         """Decompress messages one by one; a message that cannot be decompressed is empty, and counts as unreadable."""
+        from mobile_robot_control.messages.mcap_stream import unpack_message  # noqa: PLC0415
+
         for message in messages:
             data = b''
             with suppress(ValueError):
@@ -111,6 +110,8 @@ class BagFiles:
 
     def _by_rosbags(self, path: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
         """Read an sqlite3 file."""
+        from rosbags.rosbag2 import Reader  # noqa: PLC0415
+
         try:
             open_bounded(path, BAG).close()
             reader = Reader(path)
@@ -128,10 +129,32 @@ class BagFiles:
                 yield Message(connection.topic, connection.msgtype, received, data)
             self._progress(total, total)
         except Exception as error:
-            self.problems.append(f'the recording was cut off: {path.name} is damaged ({shortened(str(error))}), '
-                                 'and was read up to there')
+            self.problems.append(_cut_off(path, error))
         finally:
             reader.close()
+
+    def _by_rosbag2(self, path: Path, wanted: Callable[[str], bool]) -> Iterator[Message]:
+        """Read a file by rosbag2 itself, for a ROS without the Python packages mcap and rosbags, as from apt."""
+        try:
+            import rosbag2_py  # noqa: PLC0415
+        except ModuleNotFoundError:
+            raise ModuleNotFoundError(name='mcap' if path.suffix == '.mcap' else 'rosbags') from None
+
+        reader = rosbag2_py.SequentialReader()
+        try:
+            open_bounded(path, BAG).close()
+            reader.open(rosbag2_py.StorageOptions(uri=str(path)), rosbag2_py.ConverterOptions())
+            held = {one.name: one.type for one in reader.get_all_topics_and_types()}
+        except Exception as error:  # a broken file can raise anything
+            raise _unreadable(path, error) from error
+        self.topics.update(held)
+        try:
+            while reader.has_next():
+                topic, data, received = reader.read_next()
+                if wanted(topic):
+                    yield Message(topic, held[topic], received, data)
+        except RuntimeError as error:
+            self.problems.append(_cut_off(path, error))
 
 
 def _is_of_ros1(file: Path) -> bool:
@@ -141,6 +164,11 @@ def _is_of_ros1(file: Path) -> bool:
             return stream.read(len(_ROS1)) == _ROS1
     except (OSError, ValueError):
         return False
+
+
+def _cut_off(file: Path, error: Exception) -> str:
+    """Return the problem of a file that is damaged."""
+    return f'the recording was cut off: {file.name} is damaged ({shortened(str(error))}), and was read up to there'
 
 
 def _unreadable(file: Path, error: Exception) -> BagError:

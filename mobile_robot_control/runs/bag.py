@@ -12,8 +12,8 @@ import numpy as np
 
 from mobile_robot_control.loop.closed_loop import Sample
 from mobile_robot_control.messages.bag_files import BagFiles
+from mobile_robot_control.messages.bag_messages import RESET, BagError, Change, Message, ProgressCallback, read_change
 from mobile_robot_control.messages.cdr import deserialise
-from mobile_robot_control.messages.mcap_stream import RESET, BagError, Change, Message, ProgressCallback, read_change
 from mobile_robot_control.messages.parsing import (
     RefusedMessageError,
     read_or_refuse,

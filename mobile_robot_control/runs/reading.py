@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mobile_robot_control.loop.indices import MEASURED, TRUE
-from mobile_robot_control.messages.mcap_stream import BagError, ProgressCallback
+from mobile_robot_control.messages.bag_messages import BagError, ProgressCallback
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.runs import csv_table
 from mobile_robot_control.runs.bag import Recording, read_bag

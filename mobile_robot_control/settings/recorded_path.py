@@ -61,7 +61,7 @@ def _timed(file: str, topic: str, changed: int) -> TimedPoints:
 def _recorded(file: str, topic: str, option: str, _changed: int) -> tuple[str, str, list[dict[str, Any]]]:
     """Return the topic, the frame and the rows of the points that a bag holds."""
     from mobile_robot_control.messages.bag_files import BagFiles  # noqa: PLC0415 (late: other files need no reader)
-    from mobile_robot_control.messages.mcap_stream import BagError  # noqa: PLC0415
+    from mobile_robot_control.messages.bag_messages import BagError  # noqa: PLC0415
 
     wanted = f'/{topic.lstrip("/")}' if topic != NO_FILE else ''
     poses: dict[str, list[dict[str, Any]]] = {}

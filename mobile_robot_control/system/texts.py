@@ -166,3 +166,11 @@ def distinct(names: Sequence[str]) -> list[str]:
         unique.append(name if names.count(name) == 1 else next(
             numbered for number in numbers if (numbered := f'{name}_{number}') not in {*unique, *names}))
     return unique
+
+
+def missing(name: str | None, command: str) -> str:
+    """Return what a command lacks, and how to get it, also beside a Python that pip must not change (PEP 668)."""
+    module = (name or '').partition('.')[0]
+    return (f'the Python module {module} is missing; install it with rosdep or pip, where pip refuses '
+            f'in an environment: python3 -m venv --system-site-packages .venv && .venv/bin/pip install {module}, and '
+            f'then .venv/bin/python -m mobile_robot_control {command} ...')

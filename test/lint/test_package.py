@@ -1,5 +1,6 @@
 """The package builds with colcon and with pip, and an installed node starts; files agree on version and pins."""
 
+import ast
 import os
 import re
 import subprocess
@@ -104,8 +105,13 @@ def test_colcon_builds_the_package_as_ament_python(domain, source, tmp_path, mon
     assert {path.suffix for path in (share / 'config' / 'desktop').iterdir()} == {'.urdf', '.rviz', '.xml'}
     assert (share / 'launch' / 'robot.launch.xml').is_file()
     assert (prefix / 'share' / 'ament_index' / 'resource_index' / 'packages' / 'mobile_robot_control').is_file()
+    # as with ROS from apt, without mcap and rosbags
     _assert_installed(next(prefix.glob('lib/python3*/site-packages')), [executables / 'plant'],
-                      [executables / 'simulate'])
+                      [executables / 'simulate'], f':{ROOT / "test" / "helpers" / "ros_from_apt"}')
+    tested = subprocess.run([colcon, 'test', '--pytest-args', 'test/unit/control/test_ramsete.py'], cwd=workspace,
+                            capture_output=True, text=True, check=False)
+    assert tested.returncode == 0, tested.stderr
+    assert (workspace / 'build' / 'mobile_robot_control' / 'pytest.xml').is_file()
 
 
 @pytest.mark.timeout(200)
@@ -167,6 +173,21 @@ def test_the_version_is_the_same_in_every_file():
     assert f"license='{citation['license']}'" in _text('setup.py')
 
 
+def test_the_manifest_names_what_is_imported_but_no_key_that_pip_alone_has():
+    manifest = ElementTree.fromstring(_text('package.xml'))  # noqa: S314 (our own file)
+    keys = {key.text for key in manifest.iter('exec_depend')}
+    assert not [key for key in keys if key.endswith('-pip') or key.startswith('mcap')]
+    names = {'PIL': 'python3-pil', 'yaml': 'python3-yaml', 'tf2_ros': 'tf2_ros_py'}
+    # what is left out where it is missing, or has no key
+    optional = {'mcap', 'zstandard', 'lz4', 'rosbags', 'starlette', 'distributed', 'pandas', 'numba_cuda'}
+    for file in (ROOT / 'mobile_robot_control').rglob('*.py'):
+        for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
+            modules = ([alias.name for alias in node.names] if isinstance(node, ast.Import) else
+                       [node.module] if isinstance(node, ast.ImportFrom) else [])
+            for top in {module.partition('.')[0] for module in modules} - {'mobile_robot_control', *optional}:
+                assert top in sys.stdlib_module_names or {names.get(top, top), f'python3-{top}'} & keys, (file, top)
+
+
 def test_every_requirement_is_locked_for_both_distributions_and_every_python():
     needed = {re.match(r'[\w.-]+', text).group().lower() for text in requires('mobile_robot_control')} - {'setuptools'}
     assert {'numpy', 'numba', 'ros-jazzy-rclpy'} < needed
@@ -182,8 +203,9 @@ def test_every_requirement_is_locked_for_both_distributions_and_every_python():
 def test_ci_runs_targets_of_the_makefile_on_both_distributions():
     jobs = yaml.safe_load(_text('.github/workflows/ci.yml'))['jobs']
     assert jobs['test']['strategy']['matrix']['ros'] == ['jazzy', 'kilted']
-    # the core alone runs elsewhere, without make
-    runs = [step['run'] for name, job in jobs.items() for step in job['steps'] if 'run' in step and name != 'elsewhere']
+    # without make: the core alone elsewhere, and colcon
+    runs = [step['run'] for name, job in jobs.items() for step in job['steps']
+            if 'run' in step and name not in ('elsewhere', 'apt')]
     assert {'make demo ROS=${{ matrix.ros }}', 'make test ROS=${{ matrix.ros }}'} <= set(runs)
     for command in runs:
         assert re.search(rf'^{command.split()[1]}:', _text('Makefile'), re.MULTILINE), command

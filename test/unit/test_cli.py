@@ -30,7 +30,7 @@ from mobile_robot_control.version import __version__
     (OSError(28, 'No space left on device', '/full/file'), 1, ['name: /full/file: No space left on device; make room']),
     (OSError(errno.EDQUOT, 'Disk quota exceeded', '/full/file'), 1, ['make room']),
     (OSError(13, 'Permission denied', '/a/file'), 2, ['name: /a/file: Permission denied; name a place']),
-    (ModuleNotFoundError('no', name='rosbags'), 2, ['module rosbags is missing', 'rosdep or pip']),
+    (ModuleNotFoundError('no', name='rosbags'), 2, ['module rosbags is missing', 'pip install rosbags']),
     (KeyboardInterrupt(), 1, ['name: interrupted']),
 ])
 def test_errors_give_a_message_and_an_exit_code(capsys, error, code, messages):

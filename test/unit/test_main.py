@@ -62,7 +62,7 @@ def test_bash_completes_the_names(monkeypatch, capsys):
 
 
 def test_a_module_that_is_missing_is_named_before_anything_runs(tmp_path):
-    (tmp_path / 'sitecustomize.py').write_text('import sys\nsys.modules.update(mcap=None)\n')
+    (tmp_path / 'sitecustomize.py').write_text('import sys\nsys.modules.update(numpy=None)\n')
     for words in (['-m', 'mobile_robot_control', 'report', 'run.csv', '--output', 'out'],
                   # an executable of its own name, as for `ros2 run`
                   ['-c', 'import sys; sys.argv = ["lib/report", "run.csv", "--output", "out"]; '
@@ -70,5 +70,5 @@ def test_a_module_that_is_missing_is_named_before_anything_runs(tmp_path):
         done = subprocess.run([sys.executable, *words], capture_output=True, text=True, check=False, cwd=tmp_path,
                               env=os.environ | {'PYTHONPATH': str(tmp_path)})
         assert done.returncode == 2
-        assert done.stderr.startswith('report: the Python module mcap')
-        assert 'rosdep, or with pip in an environment' in done.stderr
+        assert done.stderr.startswith('report: the Python module numpy')
+        assert 'pip install numpy' in done.stderr

@@ -9,7 +9,7 @@ from rclpy.serialization import serialize_message
 
 from mobile_robot_control.experiment import command as experiment
 from mobile_robot_control.experiment.replay_plan import compare_replay, plan_replay
-from mobile_robot_control.messages.mcap_stream import Change
+from mobile_robot_control.messages.bag_messages import Change
 from mobile_robot_control.quantities import Push
 from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.runs.rollout import rollout

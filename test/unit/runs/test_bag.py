@@ -14,7 +14,7 @@ from std_msgs.msg import String
 
 from mobile_robot_control.drives.loading import load
 from mobile_robot_control.identification.recorded import read_recorded
-from mobile_robot_control.messages.mcap_stream import BagError
+from mobile_robot_control.messages.bag_messages import BagError
 from mobile_robot_control.runs import bag
 from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.runs.record import Event
