@@ -10,7 +10,7 @@ from mobile_robot_control.settings.files import load
 
 NAMES = ('backstepping', 'hybrid_backstepping', 'fuzzy', 'kanayama', 'ramsete', 'periodic',
          'dynamic_feedback_linearization', 'sliding_mode', 'lqr')
-"""The laws of these tables; a further one needs their searches, two hours and more."""
+"""The laws of the tables on paths; a further one needs their searches."""
 
 LawGains = dict[str, dict[str, Any]]
 """Values of parameters by node and dotted name; arrays are lists."""

@@ -48,7 +48,7 @@ def parts() -> list[Part]:
         Part('tools/robot_results.py', ('docs/robots.md',)),
         Part('mobile_robot_control.settings.sros2_policy', ('config/sros2/policy.xml',)),
         Part('tools/claims_table.py', ('docs/results.md',)),
-        # two hours where the tracks or searches behind it have changed; it can be interrupted
+        # six hours where the tracks or searches behind it have changed; it can be interrupted
         Part('tools/benchmark_results.py', ('docs/results.md', 'README.md', 'docs/images/benchmark_laws.png')),
         # an hour and a half, likewise
         Part('tools/velocity_law_results.py', ('docs/results.md',)),
