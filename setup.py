@@ -38,7 +38,7 @@ def config_files():
 
 setup(
     name=PACKAGE,
-    version='0.1.0',
+    version=runpy.run_path(f'{PACKAGE}/version.py')['__version__'],
     description='Nonlinear motion control of a differential-drive robot with a wheel-torque plant, on ROS 2.',
     long_description=long_description(),
     long_description_content_type='text/markdown',

@@ -1,6 +1,3 @@
-"""The version of the package, without an import."""
+"""The version of the package, its one source, without an import."""
 
-
-
-
-__version__ = '0.1.0'
+__version__ = '1.0.0rc1'

@@ -17,6 +17,7 @@ import yaml
 from mobile_robot_control.version import __version__
 
 ROOT = Path(__file__).parents[2]
+PLACEHOLDERS = ('maintainers@users.noreply', 'mobile_robot_control maintainers', 'github.com/mobile-robot-control')
 EXECUTABLES = {'plant', 'velocity_controller', 'position_controller', 'reference_cart', 'simulate', 'experiment',
                'report', 'tune', 'study', 'benchmark', 'plan', 'excite', 'identify', 'dashboard', 'mrc'}
 
@@ -165,12 +166,22 @@ def test_the_version_is_the_same_in_every_file():
     manifest = ElementTree.fromstring(_text('package.xml'))  # noqa: S314 (our own file)
     citation = yaml.safe_load(_text('CITATION.cff'))
     assert (manifest.get('format'), citation['cff-version']) == ('3', '1.2.0')
-    setup = re.search(r"version='([^']+)'", _text('setup.py')).group(1)
-    assert manifest.findtext('version') == setup == citation['version'] == __version__
-    released = re.search(rf'^{re.escape(__version__)} \((.+)\)$', _text('CHANGELOG.rst'), re.MULTILINE)
+    # a manifest has three numbers (REP 149)
+    assert manifest.findtext('version') == re.match(r'\d+\.\d+\.\d+', __version__).group()
+    assert citation['version'] == __version__
+    assert "version=runpy.run_path(f'{PACKAGE}/version.py')['__version__']," in _text('setup.py')
+    released = re.search(rf'^(?:Version )?{re.escape(__version__)} \((.+)\)', _text('CHANGELOG.rst'), re.MULTILINE)
     assert str(citation['date-released']) == released.group(1)
     assert {'message', 'title', 'authors'} <= set(citation)
     assert f"license='{citation['license']}'" in _text('setup.py')
+
+
+def test_placeholders_of_people_and_addresses_stand_in_the_files_that_are_listed():
+    section = _text('CONTRIBUTING.md').partition('## Placeholders')[2]
+    listed = set(re.findall('`([^`]+)`', section.partition('\n## ')[0].partition('|---|---|')[2]))
+    held = set(subprocess.run(['git', 'grep', '-l', *(f'-e{word}' for word in PLACEHOLDERS)], cwd=ROOT,
+                              capture_output=True, text=True, check=True).stdout.split())
+    assert held - {'test/lint/test_package.py', 'CONTRIBUTING.md'} == listed
 
 
 def test_the_manifest_names_what_is_imported_but_no_key_that_pip_alone_has():
