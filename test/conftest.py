@@ -19,7 +19,7 @@ settings.register_profile('seeded', derandomize=True, deadline=None, database=No
 settings.load_profile('seeded')
 
 # no tests: one needs what `make mutants` alone installs, and others import for a second or share a name
-collect_ignore_glob = ['mutants.py', 'bench/bench_*.py', '*/conftest.py']
+collect_ignore_glob = ['mutants.py', 'bench/bench_*.py', 'helpers/ros_from_apt/*.py', '*/conftest.py']
 
 # no number: a test that starts a node without the fixture `domain` fails, rather than join a domain of this machine
 os.environ['ROS_DOMAIN_ID'] = 'see test/conftest.py: the fixture domain'
