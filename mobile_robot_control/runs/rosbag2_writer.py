@@ -10,19 +10,9 @@ from mobile_robot_control.runs.bag_metadata import VERSION, metadata_yaml, playb
 
 class Rosbag2Writer:
     """
-    Writes serialised messages to a new mcap bag, as `BagWriter` does.
+    A `BagWriter` by other means, with its parameter, attribute and methods.
 
     A process that is killed loses the last chunk, some 0.8 MB, which `BagWriter` does not.
-
-    Parameters
-    ----------
-    path : Path
-        The bag's folder; it must not exist.
-
-    Attributes
-    ----------
-    failure : str
-        Reason why the writing stopped, with the folder; '' before. Later messages are lost.
     """
 
     def __init__(self, path: Path) -> None:
@@ -35,8 +25,8 @@ class Rosbag2Writer:
         # rosbag2 makes the folder itself, and refuses one that exists by an error without the reason
         self._path.mkdir(parents=True)
         self._path.rmdir()
-        self._writer.open(self._rosbag2.StorageOptions(uri=str(self._path), storage_id='mcap'),
-                          self._rosbag2.ConverterOptions('cdr', 'cdr'))
+        self._trying(self._writer.open, self._rosbag2.StorageOptions(uri=str(self._path), storage_id='mcap'),
+                     self._rosbag2.ConverterOptions('cdr', 'cdr'))
         return self
 
     def __exit__(

@@ -22,6 +22,8 @@ def to_rclcpp_qos_vector(profiles, version):
 
 
 class SequentialWriter:
+    _file = None
+
     def open(self, storage, converter):
         folder = Path(storage.uri)
         folder.mkdir()
@@ -36,7 +38,8 @@ class SequentialWriter:
         print(json.dumps([topic, self._topics[topic], received, message.hex()]), file=self._file)
 
     def close(self):
-        self._file.close()
+        if self._file:
+            self._file.close()
 
 
 class SequentialReader:

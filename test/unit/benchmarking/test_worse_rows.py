@@ -161,7 +161,7 @@ def test_what_a_table_cannot_judge_is_refused_before_anything_runs(track, tmp_pa
     for file, name, asked, told in (
         (PUBLISHED, track, of_two, f'{PUBLISHED}: no row of this benchmark can be compared with it; it has '),
         (PUBLISHED, 'noise', [], 'of which a law that is searched needs two or more'),
-        (PUBLISHED, 'noise', [*of_two, '--no-tune'], 'searched, --budgets '),
+        (PUBLISHED, 'noise', [*of_two, '--no-tune'], ', gains searched, --budgets '),
         (PUBLISHED, 'noise', [*of_two, '--restarts', '5'], 'the table had restarts = 2, and those of this benchmark'),
         (other, 'noise', of_two, "the track 'noise' is another one than that of the table"),
         (track, 'noise', of_two, 'is no table of judged runs'),

@@ -43,6 +43,10 @@ def test_a_bag_that_cannot_be_written_or_read_is_named(tmp_path, writing, monkey
         monkeypatch.setattr(writer._writer, 'write', lambda *_: (_ for _ in ()).throw(RuntimeError('no space')))
         write(writer, list(rollout(configuration(), 0.01)))
     assert writer.failure.startswith(f'{tmp_path / "bag"}: no space; name a folder')
+    unopened = writing.Rosbag2Writer(tmp_path / 'other')
+    monkeypatch.setattr(unopened._writer, 'open', lambda *_: (_ for _ in ()).throw(RuntimeError('no plugin')))
+    with unopened:
+        assert unopened.failure.startswith(f'{tmp_path / "other"}: no plugin')
     (tmp_path / 'cut.mcap').write_text('[')
     with pytest.raises(bag_files.BagError, match=r'cut\.mcap: cannot be read as a bag \(No storage could be'):
         bag.held_topics(tmp_path / 'cut.mcap')
