@@ -4,6 +4,7 @@ Nodes forked from a process that has imported them: a node starts without the ti
 Where an environment variable differs that imports may read, such as PYTHONPATH, nodes are processes of their own.
 """
 
+import contextlib
 import multiprocessing
 import os
 import signal
@@ -62,8 +63,10 @@ class _Forked:
         return self._process.exitcode
 
     def send_signal(self, number):
-        if self.poll() is None:
-            os.kill(self.pid, number)
+        # the fork server waits for the process: it may be gone before its exit code is here
+        with contextlib.suppress(ProcessLookupError):
+            if self.poll() is None:
+                os.kill(self.pid, number)
 
     def kill(self):
         self.send_signal(signal.SIGKILL)
