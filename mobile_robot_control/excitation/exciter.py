@@ -29,6 +29,8 @@ _ODOMETRY = LOOP_TOPICS['odom'].kind
 _STAMPED = LOOP_TOPICS['cmd_vel'].kind
 _SILENT = 0.5
 """[s] of wall time without odometry before the robot is stopped."""
+_REST = 0.5
+"""[s] of zero commands first: a recording that begins in motion is of no use until its model has settled."""
 
 
 class Exciter(Node):
@@ -149,7 +151,9 @@ class Exciter(Node):
             self.fault = (f'the robot has left the box: x {seen.x:.2f} m, y {seen.y:.2f} m from its start; take a '
                           'larger box, or a smaller --max-velocity')
         else:
-            self._state, command = excite(self._state, now - self._began, seen, self._velocity, self._area)
+            command, since = BodyVelocity(0.0, 0.0), now - self._began - _REST
+            if since > 0.0:
+                self._state, command = excite(self._state, since, seen, self._velocity, self._area)
             self._publish(command)
             self._told, self._told_at = command, now
 
