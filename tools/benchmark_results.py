@@ -5,7 +5,6 @@ import csv
 import hashlib
 import io
 import json
-import shutil
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -77,22 +76,22 @@ def _asked() -> Benchmark:
 
 
 def rows_of(store: Path) -> list[dict[str, str]]:
-    """Return the rows of the CSV beside the stored benchmark."""
+    """Return the ranked rows of the CSV beside the stored benchmark: those without feedforward."""
     with store.with_suffix('.csv').open(encoding='utf-8') as file:
-        return [*csv.DictReader(file)]
+        return [row for row in csv.DictReader(file) if row['gains'] != FED]
 
 
 def cells_of(rows: Iterable[Mapping[str, str]]) -> Iterator[tuple[Cell, BudgetResult]]:
-    """Yield the cells of rows of the CSV, each with its gains."""
-    cells = {(cell.track.name, cell.law, cell.seed, cell.feedforward): cell for cell in _asked().cells}
+    """Yield the cells of ranked rows of the CSV, each with its gains."""
+    cells = {(cell.track.name, cell.law, cell.seed): cell for cell in _asked().cells if not cell.feedforward}
     for row in rows:
         gains = (one.partition(' = ') for one in row['values'].split('; ') if one)
-        yield cells[row['track'], row['law'], int(row['seed']), row['gains'] == FED], BudgetResult(
+        yield cells[row['track'], row['law'], int(row['seed'])], BudgetResult(
             int(row['budget']), row['reason'], gains={name: ast.literal_eval(value) for name, _, value in gains})
 
 
 def drive_again(store: Path) -> None:
-    """Write the judged runs of the stored benchmark, whose gains are driven again: ten minutes on one core."""
+    """Write the ranked runs of the stored benchmark, whose gains are driven again: ten minutes on one core."""
     rows, done = rows_of(store), []
     with runner(Workers(workers=1)) as run, tqdm(total=len(rows), unit='result') as bar:
         for row, (cell, result) in zip(rows, cells_of(rows), strict=True):
@@ -129,7 +128,9 @@ def keep(store: Path, folder: Path) -> dict[str, Any]:
                       '; '.join(f'{name} = {value}' for name, value in row['values'].items())]
                      for row in made.results if row['gains'] != CONFIGURED)
     store.with_suffix('.csv').write_text(text.getvalue(), encoding='utf-8')
-    shutil.copy(folder / NAME, store.with_name(NAME))
+    # those with feedforward are no part of a ranking, and would be another third of a megabyte
+    ranked = [(cell, result) for cell, result in made.done if not cell.feedforward]
+    write_judged_table(store.with_name(NAME), judged_table(ranked, made.hash))
     return found
 
 
