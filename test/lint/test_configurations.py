@@ -98,8 +98,8 @@ def test_the_command_that_found_the_gains_of_a_robot_is_one_of_tune(capsys):
     robots = set()
     for path in ROBOTS:
         for one in sourced_parameters(path.read_text(encoding='utf-8')):
-            if one.source.startswith('found by: tune '):
-                _, *words = shlex.split(one.source.removeprefix('found by: ').partition(';')[0])
+            if one.source.startswith('found by: mrc tune '):
+                _, _, *words = shlex.split(one.source.removeprefix('found by: ').partition(';')[0])
                 # its options are read, and refused for the last one alone
                 assert tune.main([*words, '-p', 'plant.nothing:=1']) == 2
                 line, = capsys.readouterr().err.splitlines()
