@@ -75,7 +75,13 @@ def test_a_base_that_starts_late_is_turned_along_the_curve_first_if_it_may_appro
         return command if time > 2.0 else (0.0, 0.0)
 
     drive(Base(), late, (start.x + 0.03, start.y, start.heading + 3.1), 16.0)
-    began = next(n for n, time in enumerate(following.times) if time > 0.0)
+    began = next((n for n, time in enumerate(following.times) if time > 0.0), None)
+    if (law, approach_speed) == ('input_output_linearization', 0.0):
+        # nothing turns it: its point ahead is that of the cart, but for the dead zone, its axle on the other side of it
+        distance = PARAMETERS.position_controller.control.input_output_linearization.distance
+        assert began is None
+        assert 1.8 * distance < following.apart[-1] < 2.0 * distance
+        return
     assert errors[began] < 0.3 or not approach_speed
     assert max(following.apart[-100:]) < (0.2 if law == 'fuzzy' else 0.1)
 
