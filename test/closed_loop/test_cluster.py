@@ -93,6 +93,6 @@ def test_a_cluster_that_stays_without_workers_raises(cluster):
         for worker in workers:
             worker.kill()
         with pytest.raises(OSError, match=f'the cluster at {address} has no workers any more; start some'):
-            remote([None])
+            remote.each(abs, [0.0], '')
     finally:
         remote.close()
