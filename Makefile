@@ -131,7 +131,7 @@ tools/node_modules/.package-lock.json: tools/package.json tools/package-lock.jso
 	cd tools && npm ci --no-fund --no-audit
 
 # the generated parts of docs/: the table is in tools/pages.py; ONLY=docs/robots.md for those of a file. Where the
-# tracks or searches behind the table of the laws have changed, the benchmark runs again: some 12 minutes
+# tracks or searches behind the table of the laws have changed, the benchmark runs again: some seven hours
 pages: $(TESTED)
 	$(BIN)/python tools/pages.py $(ONLY)
 
