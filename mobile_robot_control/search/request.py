@@ -100,7 +100,7 @@ class SearchRequest(NamedTuple):
         f'{_GENERATIONS[False]}', minimum=1, maximum=10**9)] = None
     time_limit: Annotated[float | None, Field('s', 'wall time after which no generation begins', above=0.0)] = None
     bounds: Annotated[tuple[tuple[str, tuple[float, float]], ...], Field(
-        '', 'low and high bounds of a gain by its name; other gains keep theirs'),
+        '', 'low and high bounds of a gain, or of each in an array, by its name; other gains keep theirs'),
         Reader(read_bounds, 'NAME=LOW:HIGH', True, 'k1=0:5 or position_controller.fuzzy.b[1]=0:2',
                Mapping[str, tuple[float, float]])] = ()
     keep: Annotated[tuple[str, ...], Field('', 'gains to leave alone: k1, fuzzy.b[1] or the array fuzzy.b')] = ()

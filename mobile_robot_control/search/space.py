@@ -205,7 +205,7 @@ def search_genes(
 def feedforward_genes(named: Iterable[str]) -> tuple[Gene, ...]:
     """Return the genes of a feedforward's delays; only those with given bounds are searched."""
     return tuple(gene for gene in _genes_of('position_controller', 'feedforward', Feedforward)
-                 if _short_forms(gene.name) & set(named))
+                 if (_short_forms(gene.name) | _array_forms(gene.name)) & set(named))
 
 
 def _short_forms(name: str) -> set[str]:
@@ -215,16 +215,19 @@ def _short_forms(name: str) -> set[str]:
     return ends | {_unbracketed(end) for end in ends}
 
 
-def _resolve(option: str, genes: Sequence[Gene], short: str, arrays: bool = False) -> list[str]:
+def _array_forms(name: str) -> set[str]:
+    return _short_forms(name.partition('[')[0])
+
+
+def _resolve(option: str, genes: Sequence[Gene], short: str) -> list[str]:
     """Return the genes that a name stands for; raise ParameterError unless that is one gene or one array."""
     names = [gene.name for gene in genes]
     if short in names:
         return [short]
     matches = [name for name in names if short in _short_forms(name)]
-    if not matches and arrays:
-        matches = [name for name in names if short in _short_forms(name.partition('[')[0])]
-    parameters = {name.partition('[')[0] if arrays else name for name in matches}
-    if len(parameters) > 1:
+    if not matches:
+        matches = [name for name in names if short in _array_forms(name)]
+    if len({name.partition('[')[0] for name in matches}) > 1:
         raise ParameterError([f"{option}: '{short}' may be {' or '.join(matches)}; write the whole name"])
     if not matches:
         choices = {*names, *(gene.short for gene in genes)}
@@ -257,7 +260,7 @@ def _outside(name: str, low: float, high: float) -> str:
 
 def bounded(genes: Sequence[Gene], bounds: Mapping[str, tuple[float, float]]) -> tuple[Gene, ...]:
     """
-    Return genes with other bounds, low and high by name, or by an unambiguous short name.
+    Return genes with other bounds, low and high by name, or by an unambiguous short name; that of an array means each.
 
     Raises ParameterError if a name is unknown or ambiguous, or if bounds allow a value that the controller refuses.
     """
@@ -265,25 +268,25 @@ def bounded(genes: Sequence[Gene], bounds: Mapping[str, tuple[float, float]]) ->
     chosen: dict[str, tuple[float, float]] = {}
     for short, (low, high) in bounds.items():
         try:
-            name = _resolve('bounds', genes, short)[0]
+            names = _resolve('bounds', genes, short)
         except ParameterError as error:
             wrong += error.violations
             continue
-        wrong += filter(None, [_outside(name, low, high)])
-        chosen[name] = low, high
+        wrong += filter(None, [_outside(name, low, high) for name in names])
+        chosen |= dict.fromkeys(names, (low, high))
     if wrong:
         raise ParameterError(wrong)
     return tuple(Gene(gene.name, *chosen.get(gene.name, (gene.low, gene.high))) for gene in genes)
 
 
-def names_of(option: str, genes: Sequence[Gene], short_names: Iterable[str], arrays: bool = False) -> set[str]:
+def names_of(option: str, genes: Sequence[Gene], short_names: Iterable[str]) -> set[str]:
     """Return the names of genes that an option names, also by short names."""
-    return {name for one in short_names for name in _resolve(option, genes, one, arrays)}
+    return {name for one in short_names for name in _resolve(option, genes, one)}
 
 
 def without(genes: Sequence[Gene], kept: Collection[str]) -> tuple[Gene, ...]:
     """Return genes without the excluded ones, named as for `bounded`, or as a whole array."""
-    left_out = names_of('keep', genes, kept, arrays=True)
+    left_out = names_of('keep', genes, kept)
     return tuple(gene for gene in genes if gene.name not in left_out)
 
 

@@ -162,5 +162,8 @@ def test_a_gene_is_named_by_its_parameter_or_an_end_of_that():
     for name in ('b1', 'b[1]', 'fuzzy.b[1]', 'position_controller.fuzzy.b[1]'):
         found = {gene.name: gene for gene in bounded(genes, {name: (0.5, 1.5)})}
         assert found['position_controller.fuzzy.b[1]'][1:] == (0.5, 1.5)
+    assert [gene[1:] for gene in bounded(genes, {'fuzzy.b': (0.5, 1.5)}) if '.b[' in gene.name] == [(0.5, 1.5)] * 6
+    lags = bounded(space.feedforward_genes(['feedforward.lag']), {'feedforward.lag': (0.0, 0.6)})
+    assert lags == tuple((f'position_controller.feedforward.lag[{n}]', 0.0, 0.6) for n in (1, 2))
     with pytest.raises(ParameterError, match="no gene 'k3' here; did you mean 'k"):
         without(genes, ['k3'])
