@@ -31,6 +31,8 @@ COMMANDS = {'simulate', 'experiment', 'report', 'tune', 'study', 'benchmark', 'p
 ELSEWHERE = {'ros2', 'plotjuggler', 'rviz2', 'colcon', 'rosdep', 'make', 'diff', 'git', 'PYTHONPATH=.',
              'dashboard'}
 """First words of what is not run."""
+OWN = ('base.yaml', 'runs/dwb_1')
+"""What a reader has: a command that needs it is not run."""
 SLOW = {'tune', 'study', 'benchmark', *NODES, 'kill'}
 """What runs with the long tests alone."""
 SHORTER = {
@@ -111,7 +113,7 @@ def files_of(command):
         assert topic.strip('/') in {*LOOP_TOPICS, *OTHER_INPUTS, EVENTS, 'diagnostics'}, command
     found = [words[n + 1] for n, word in enumerate(words[:-1]) if word in ('--params-file', '--layout', '-d')]
     found += [word.removeprefix('params:=') for word in words if re.search(r'^params:=|\.(?:urdf|py)$', word)]
-    return [file for file in found if file != 'FILE']
+    return [file for file in found if file not in ('FILE', 'my_robot.yaml', *OWN)]
 
 
 def script(path, skipped=frozenset()):
@@ -123,7 +125,7 @@ def script(path, skipped=frozenset()):
             lines.append(f"python - <<'END_OF_BLOCK'\n{content}END_OF_BLOCK")
             continue
         for command in commands(content):
-            if first_word(command) in ELSEWHERE:
+            if first_word(command) in ELSEWHERE or any(own in command for own in OWN):
                 lines += [f'test -e {shlex.quote(file)} || test -e {shlex.quote(str(ROOT / file))}'
                           for file in files_of(command)]
             elif first_word(command) not in skipped:

@@ -53,8 +53,10 @@ def test_a_run_in_mujoco_repeats_to_the_last_bit(domain, tmp_path):
 def test_true_errors_are_within_what_is_promised_at_velocity_level(domain, tmp_path):
     subprocess.run([sys.executable, EXAMPLE / 'walk.py', tmp_path, 'differential_velocity', 'skid_steer_velocity'],
                    check=True)
-    for walk in json.loads((tmp_path / 'walks.json').read_text()):
-        assert walk['grade'] == 'good'
-        for drive in walk['drives']:
-            low, high = drive['promised']
-            assert low <= drive['true'] <= high
+    walks = json.loads((tmp_path / 'walks.json').read_text())
+    assert all(walk['grade'] == 'good' for walk in walks)
+    within = [low <= drive['true'] <= high for walk in walks for drive in walk['drives']
+              for low, high in [drive['promised']]]
+    # recordings differ; each of eight is within with 95 %, six or more with 99.4 %
+    assert len(within) == 8
+    assert sum(within) >= 6
