@@ -11,7 +11,7 @@ from pathlib import Path
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from mobile_robot_control.experiment.folders import evaluate
+from mobile_robot_control.experiment.evaluation import evaluate
 from mobile_robot_control.experiment.recorder import NO_LIMIT, Recorder
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.ros.shared.process import Stop

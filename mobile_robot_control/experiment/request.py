@@ -151,7 +151,7 @@ class Experiments:
         with Supervisor(max(request.patience, START)) as supervisor:
             # imported late: usage errors appear at once, and an import that hangs is noticed
             try:
-                from mobile_robot_control.experiment.folders import evaluate  # noqa: PLC0415
+                from mobile_robot_control.experiment.evaluation import evaluate  # noqa: PLC0415
                 from mobile_robot_control.experiment.runner import run_experiment  # noqa: PLC0415
             except LOAD_ERRORS as error:
                 raise ParameterError([load_fault(error)]) from error

@@ -104,10 +104,11 @@ def test_ros_and_heavy_libraries_are_imported_where_they_belong(imported):
 
 
 @pytest.mark.parametrize(('modules', 'absent'), [
-    (['', '.runs.command', '.testing'], ROS | HEAVY), (['.runs.run', '.runs.samples'], ROS | HEAVY - {'numpy'}),
+    (['', '.runs.command', '.experiment.command', '.testing'], ROS | HEAVY),
+    (['.runs.run', '.runs.samples'], ROS | HEAVY - {'numpy'}),
     ([name.removeprefix(PACKAGE.name) for name in LOADED_MODULES], HEAVY - {'numpy'} | {'rosbags', 'tqdm'}),
 ])
-def test_nodes_and_simulate_import_no_heavy_module(modules, absent):
+def test_nodes_simulate_and_experiment_import_no_heavy_module(modules, absent):
     """None of these is imported, directly or indirectly."""
     names = ', '.join(f'{PACKAGE.name}{module}' for module in modules)
     code = f'import sys, {names}; print(sorted({absent!r} & set(sys.modules)))'

@@ -91,7 +91,7 @@ LEAVING = '''
 import gc, sys, time
 import rclpy
 from mobile_robot_control.experiment.command import main
-from mobile_robot_control.experiment import folders as evaluation
+from mobile_robot_control.experiment import evaluation
 from mobile_robot_control.experiment.recorder import Recorder
 evaluate = evaluation.evaluate
 evaluation.evaluate = lambda *given, **named: (gc.collect(), evaluate(*given, **named))[1]

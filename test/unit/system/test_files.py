@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from mobile_robot_control.experiment.folders import evaluate
+from mobile_robot_control.experiment.evaluation import evaluate
 from mobile_robot_control.runs.bag_writer import BagWriter
 from mobile_robot_control.system.files import (
     METRICS,
