@@ -37,7 +37,8 @@ class Selection:
     description: ClassVar[str]
     further: ClassVar[dict[str, Any]] = {}
 
-    def __init__(self, **values: Any) -> None:
+    # positional: a law may be called self
+    def __init__(self, /, **values: Any) -> None:
         unknown = set(values) - {name for name, _, _ in self.parameter_members()}
         if unknown:
             raise TypeError(f'{type(self).__name__} has no field {", ".join(sorted(unknown))}')
@@ -63,7 +64,7 @@ class Selection:
             raise AttributeError(name)
         return gains()
 
-    def _replace(self: Selected, **changes: Any) -> Selected:
+    def _replace(self: Selected, /, **changes: Any) -> Selected:
         return type(self)(**{**self.__dict__, **changes})
 
     def _asdict(self) -> dict[str, Any]:

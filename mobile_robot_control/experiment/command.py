@@ -80,7 +80,7 @@ def _run(options: argparse.Namespace) -> int:
     if output.json and request.compare:
         raise ParameterError(['--json is not allowed with --compare, whose metrics are in report.json'])
     experiments, folder = Experiments(request, options.command_line, options.stop), printable(
-        str(Path(request.output).resolve()))
+        str(Path(request.output).absolute()))
     if 'plant' in request.attach and not request_of(_Consent, options).yes:
         print(f'would drive the robot {experiments.intention()}; clear that floor, keep a hand on the switch, and '
               'repeat with --yes')

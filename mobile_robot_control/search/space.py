@@ -327,7 +327,11 @@ def decode(genes: Sequence[Gene], point: Sequence[float], gains: Gains) -> Gains
         group = before._replace(**fields)
         repair = LAWS[name].repair if name in LAWS else None
         if repair is not None:
-            group = _with_kept(repair(group), before, genes, node, name)
+            repaired = repair(group)
+            if not isinstance(repaired, type(before)):
+                raise ParameterError([f"the repair of the law '{name}' returns {repaired!r}, and must return gains of "
+                                      f'{type(before).__name__}'])
+            group = _with_kept(repaired, before, genes, node, name)
         gains = gains.with_group(node, name, group)
     return gains
 

@@ -28,8 +28,10 @@ def _numbers(text):
 def spellings(value):
     """Return how a message may write a value: as it is or printable, cut off, quoted, or as a number."""
     shown = printable(value)
-    return [word for word in (value, shown, shown[:20], repr(value)[1:-1], shown.replace("'", "\\'"),
-                              os.path.basename(shown)[:40], *_numbers(value)) if word] or ["''", '.', ': : ']
+    # a path has no slash at its end
+    base = os.path.basename(shown.rstrip('/'))[:40]
+    return [word for word in (value, shown, shown[:20], repr(value)[1:-1], shown.replace("'", "\\'"), base,
+                              *_numbers(value)) if word] or ["''", '.', ': : ']
 
 
 def names_one(printed, values):

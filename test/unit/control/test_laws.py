@@ -37,6 +37,12 @@ def test_the_names_that_no_law_may_have_are_those_of_the_node():
     assert not any(is_ros_parameter(name) for name in LAWS)
 
 
+def test_a_law_may_have_any_name_that_the_node_leaves(registered):
+    LAWS.register(fuzzy.LAW._replace(name='self'))
+    assert PositionControl(controller_type='self', **{'self': fuzzy.FuzzyGains()})._replace(
+        controller_type='fuzzy').controller_type == 'fuzzy'
+
+
 def test_parameters_are_equal_where_all_of_them_are():
     assert GENTLE == GENTLE._replace() != HYBRID
     assert GENTLE.backstepping != GENTLE

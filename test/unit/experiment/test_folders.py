@@ -5,11 +5,20 @@ from xml.etree import ElementTree
 
 import pytest
 import rclpy.utilities
+from helpers.harness import run_command
 
 from mobile_robot_control.experiment import node_processes
 from mobile_robot_control.experiment.folders import experiment_folders
 from mobile_robot_control.parameters.declaration import ParameterError
 from mobile_robot_control.settings.nodes import Configuration
+
+
+def test_a_loop_of_links_is_refused_by_name(domain, tmp_path):
+    (tmp_path / 'loop').symlink_to('loop')
+    done = run_command('experiment', '--duration', 1, '--output', tmp_path / 'loop' / 'run')
+    assert done.returncode in (1, 2)
+    assert f'{tmp_path / "loop"}' in done.stderr
+    assert 'Traceback' not in done.stderr
 
 
 def _held(output):

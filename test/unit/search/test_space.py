@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mobile_robot_control.control.fuzzy import FuzzyGains, repair
-from mobile_robot_control.control.laws import PositionControl
+from mobile_robot_control.control.laws import LAWS, PositionControl
 from mobile_robot_control.parameters.declaration import ParameterError, build, flatten
 from mobile_robot_control.search import genetic, space
 from mobile_robot_control.search.gains import configured_gains
@@ -116,6 +116,13 @@ def test_a_search_leaves_alone_what_it_is_told_to_keep():
     assert found.control.fuzzy.c[4] == START.control.fuzzy.c[4]
     assert found.velocity.gains.k1 == START.velocity.gains.k1
     assert found.control.fuzzy.a == 0.5
+
+
+def test_a_repair_that_returns_no_gains_is_refused_by_its_law(registered):
+    LAWS.register(LAWS['fuzzy']._replace(name='forgetful', repair=lambda drawn: None))
+    genes = search_genes('forgetful')
+    with pytest.raises(ParameterError, match="repair of the law 'forgetful' returns None, and must return gains of F"):
+        decode(genes, [0.5] * len(genes), START)
 
 
 def test_gains_that_break_a_rule_around_a_kept_one_are_named():
