@@ -48,6 +48,8 @@ def _set(robot, node, **values):
 def test_a_change_is_published_with_its_first_stamp_and_one_of_the_curve_with_a_new_run(robot):
     robot.start(arguments=[*QUICK, '-p', 'hold_at:=0.1', '-p', 'duration:=0.3'], composed=True)
     robot.spin_until(robot.recorder.has_every_topic)
+    # before the first step as well, a pose is that of the next run, and no change of this one
+    _set(robot, 'plant', initial_pose=[0.9, 0.0, 1.5])
     _set(robot, 'plant', paused=False)
     robot.wait_at(0.1)
     _set(robot, 'velocity_controller', gains__k1=0.25)

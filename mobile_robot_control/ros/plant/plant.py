@@ -173,6 +173,7 @@ class Plant(LoopNode[PlantParameters]):
     """
 
     modes = {True: LockstepPlant, False: WallClockPlant}  # noqa: RUF012 (nothing changes it)
+    _first_run_takes_changes = False  # the robot stands at its start from the beginning
 
     def __init__(self) -> None:
         super().__init__('plant', PlantParameters)

@@ -77,6 +77,7 @@ class LoopNode(Node, Generic[NodeGroup]):
     modes: Mapping[bool, type[Any]] = {True: LockstepMode, False: WallClockMode}
     exit_code: int | None = None
     _has_run = False
+    _first_run_takes_changes = True
     _saturated = False
 
     def __init__(
@@ -170,7 +171,7 @@ class LoopNode(Node, Generic[NodeGroup]):
             self.get_logger().info(f'joined a run under way at t = {stamp / 1e9:g} s')
         else:
             self.get_logger().info('a new run begins' if self._has_run else 'a run begins')
-            self.events.begin_run(self._has_run)
+            self.events.begin_run(self._has_run, self._has_run or self._first_run_takes_changes)
         self._has_run = True
         self._askers = {topic: self.watch.endpoints(topic) for topic, source in self.monitor.sources.items()
                         if source == 'plant'}

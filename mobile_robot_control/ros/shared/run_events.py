@@ -59,10 +59,10 @@ class RunEvents:
             # changes that wait for the next run take their newest values
             self.at_start |= {name: value for name, value in kept.items() if name in self.at_start}
 
-    def begin_run(self, anew: bool) -> None:
-        """Note that a run begins, another one or the first, with the changes that wait for it."""
+    def begin_run(self, anew: bool, with_changes: bool = True) -> None:
+        """Note that a run begins, another one or the first, and whether with the changes that wait for one."""
         self.run += anew
-        if self.at_start:
+        if with_changes and self.at_start:
             self.pending.append(self.at_start)
             self.at_start = {}
 

@@ -30,6 +30,8 @@ def test_changes_act_from_a_step_or_from_a_run_on_and_the_first_run_has_the_numb
     node = Still()
     events = RunEvents(node)
     events.note_changes({'curve': 'circle'}, at_start=True)
+    events.begin_run(anew=False, with_changes=False)
+    assert not events.pending
     events.begin_run(anew=False)
     events.publish_pending(0)
     events.note_changes({'paused': True, 'hold_at': 3.0})
