@@ -1,7 +1,10 @@
 """The look of all figures: colours for every kind of colour vision, on light and on dark ground, and their files."""
 
 import io
+import os
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -55,10 +58,21 @@ def style() -> Any:
     return mpl.rc_context(_RULES)
 
 
+@contextmanager
+def _undated() -> Iterator[None]:
+    """Hide the date of a reproducible build, which no picture shows: Matplotlib fails at one that is no number."""
+    date = os.environ.pop('SOURCE_DATE_EPOCH', None)
+    try:
+        yield
+    finally:
+        if date is not None:
+            os.environ['SOURCE_DATE_EPOCH'] = date
+
+
 def as_svg(figure: Figure) -> str:
     """Return a figure in the colours of this module as SVG, with a style sheet that turns it dark on dark pages."""
     buffer = io.StringIO()
-    with mpl.rc_context(_RULES):
+    with mpl.rc_context(_RULES), _undated():
         figure.savefig(buffer, format='svg', dpi=150, metadata=dict.fromkeys(('Date', 'Creator', 'Format', 'Type')))
     dark = ''.join(
         f'[style*="{part}: {light}"]{{{part}:{deep}!important}}'

@@ -4,6 +4,7 @@ import os
 import pickle
 import re
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any, Protocol
@@ -73,7 +74,10 @@ def reason_of(error: Exception) -> str:
 
 WHY_PLAIN = "numba is not installed; install the extra 'fast'"  # where nothing compiles
 try:
-    import numba
+    with warnings.catch_warnings(record=True) as told_by_numba:
+        import numba
+    for warning in told_by_numba:  # of an environment variable, with a traceback from its second line on
+        print(str(warning.message).partition('\n')[0], file=sys.stderr)
     import numpy as np
     from numba.extending import register_jitable
 

@@ -85,8 +85,9 @@ def test_searches_are_drawn_as_png_and_as_svg_that_turns_dark(loops, tmp_path):
     assert len(list(tmp_path.iterdir())) == 4
 
 
-def test_starts_are_drawn_as_png_and_as_svg_that_turns_dark(tmp_path):
-    # with any name, and without a failure
+def test_starts_are_drawn_as_png_and_as_svg_that_turns_dark(tmp_path, monkeypatch):
+    # with any name, without a failure, and whatever the date of a reproducible build is
+    monkeypatch.setenv('SOURCE_DATE_EPOCH', 'today')
     figure = starts_figure({'law': studied(STARTS), '$\\frac$: 50 %_': studied(STARTS), 'good': studied(STARTS[:1])})
     draw_and_save(figure, tmp_path / 'starts.png')
     assert_wide(tmp_path / 'starts.png', 1800)
