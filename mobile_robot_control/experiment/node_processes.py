@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from mobile_robot_control.parameters.plugins import plugin_environment
@@ -173,7 +174,8 @@ class NodeProcess:
         if not self.is_foreign:
             self._process.send_signal(number)
         elif group_runs(self.pid):
-            os.killpg(self.pid, number)
+            with suppress(ProcessLookupError):  # of a group that ends just now
+                os.killpg(self.pid, number)
 
     def kill(self) -> None:
         """Kill the process, as `kill -9` does, and wait until it has ended."""
