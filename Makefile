@@ -97,7 +97,7 @@ test-dds: $(TESTED)
 
 # one test at a time, each with the machine for itself; a line a test says how far it is; ONLY='FILE...' for some
 soak: $(TESTED)
-	$(BIN)/python -m pytest -m soak --capture no --verbose --durations 0 -o faulthandler_timeout=0 \
+	$(BIN)/python -m pytest -m soak --capture no -vv --durations 0 -o faulthandler_timeout=0 \
 	  $(ONLY)
 
 # one table of ratios, each to something measured in the same run; ONLY='lockstep memory' for some of it
