@@ -197,9 +197,11 @@ def make_position_step(
     ) -> tuple[PositionState, BodyVelocity, Any, TrackingError, Pose]:
         held, seen = observed(position.held, odometry, constants, dt)
         error = tracking_error(references[0].pose, seen)
-        law, law_command = law_step(
+        law, answer = law_step(
             position.law, Observation(error, references[0], odometry.velocity, references[1:]), constants.gains, dt)
-        law_command, acceleration = fed(law_command, references, constants.lead)
+        # a law may answer BodyVelocity(0, 1), and all that follows has floats; float() would take the text '1'
+        law_command, acceleration = fed(
+            BodyVelocity(1.0 * answer.linear, 1.0 * answer.angular), references, constants.lead)
         if not is_sound(law_command):
             # limits would hide a nan
             return PositionState(law, held, position.pulses), FAILED, acceleration, error, seen

@@ -98,7 +98,8 @@ class ExperimentRunner:
         self.group = NodeGroup(output, namespace, nodes, self.loop, self.lockstep, recorder,
                                self._end)
         self._progress = RunProgress(bar, self._end / 1e9)
-        self._start = 0
+        # between these stamps the plant has begun the run; on the wall clock it moves before its answer arrives
+        self._earliest = self._start = 0
 
     def start(self, composed: bool, note: Callable[[int], None]) -> None:
         """Start all nodes that do not run already, paused; `note` takes the number of each process."""
@@ -132,6 +133,8 @@ class ExperimentRunner:
         if self._nodes:
             # what somebody else's node publishes for recordings alone; none waits for it
             self.spin_until(self.recorder.hears_optional, SETTLE)
+        if not self.lockstep:
+            self._earliest = self.recorder.newest.get(self.loop.clock, 0)
         deadline = time.monotonic() + self.patience
         while not self.spin_until(self.recorder.resume(self._period if self.lockstep else 0).done, 1.0):
             if time.monotonic() > deadline or self.is_over():
@@ -161,7 +164,7 @@ class ExperimentRunner:
         start = self._start = self.group.begun if self.lockstep else self.recorder.newest.get(self.loop.clock, 0)
         if plant and plant.is_attached:
             self.recorder.last = start + self._end
-        while not self.is_over() and not done() and not self._is_at_end():
+        while not self.is_over() and not done() and not self._is_at_end(start):
             self._turn()
             if time.monotonic() > looked + SETTLE:
                 looked = time.monotonic()
@@ -184,13 +187,13 @@ class ExperimentRunner:
                 f'{others[0]} has several publishers, {self.recorder.publishers(others[0])}; one is enough')
         refuse_other_publishers(others)
 
-    def _is_at_end(self) -> bool:
-        """Return whether a plant of somebody else, which may know no duration, has been answered up to the end."""
+    def _is_at_end(self, start: int) -> bool:
+        """Return whether a plant of somebody else, which may know no duration, is answered to the end from a start."""
         if 'plant' not in self._nodes:
             return False
-        newest, end = self.recorder.newest, self._start + self._end
+        newest, end = self.recorder.newest, start + self._end
         if not self.lockstep:
-            return self._start > 0 and newest.get(self.loop.clock, self._start) >= end
+            return start > 0 and newest.get(self.loop.clock, start) >= end
         tick = end - end % self._position_period
         return all(newest.get(name, -1) >= (end if topic.rate == 'velocity_rate' else tick)
                    for name, topic in self.loop.topics.items())
@@ -224,7 +227,7 @@ class ExperimentRunner:
 
     def _end_of_nodes(self) -> tuple[str, str]:
         """Return outcome and reason of a run that nobody has interrupted."""
-        if self._is_at_end():
+        if self._is_at_end(self._earliest or self._start):
             return 'completed', ''
         for process in self.group.processes:
             if not process.is_foreign and 'plant' in process.name and process.exit_code() in (0, 1):

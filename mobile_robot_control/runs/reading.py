@@ -34,9 +34,9 @@ Configure = Callable[[Path], Configuration]
 
 def _from_csv(path: Path, progress: ProgressCallback) -> Recording:
     reader, size = SampleReader(), path.stat().st_size
-    with open_bounded(path, TABLE) as file:
+    with open_bounded(path, TABLE) as file, io.TextIOWrapper(file, encoding='utf-8', newline='') as text:
         try:
-            rows = csv_table.Rows(io.TextIOWrapper(file, encoding='utf-8', newline=''))
+            rows = csv_table.Rows(text)
         except csv_table.NotATableError as error:
             raise UnreadableRunError(f'{path}: {error}') from error
         for count, row in enumerate(rows.numbers()):

@@ -41,7 +41,7 @@ class Stage:
         state = 'cold' if request['cold'] or request['process'] else 'warm'
         if state not in self._arenas:
             self._arenas[state] = subprocess.Popen(
-                [sys.executable, '-m', 'hostile.arena', state], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                [sys.executable, '-B', '-m', 'hostile.arena', state], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                 text=True, env=os.environ | {'PYTHONPATH': os.pathsep.join(map(str, (ROOT, ROOT / 'test')))})
         arena = self._arenas[state]
         arena.stdin.write(json.dumps(request) + '\n')

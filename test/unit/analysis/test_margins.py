@@ -306,6 +306,14 @@ def test_a_law_that_switches_where_it_is_linearised_has_no_margins():
     assert (tick.state.position.law.seen, tick.state.position.law.fade) == (TRACKING.seen, TRACKING.fade)
 
 
+def test_a_law_may_command_whole_numbers():
+    lap, tick = lap_loop(configured('backstepping.yaml')), next(followed_lap(configured('backstepping.yaml')))
+    tick_of_law = make_position_tick(lambda state, observation, gains, dt: (state, BodyVelocity(1, 2)))
+    state = tick_of_law(tick.state, tick.references, tick.k, tick.time, lap.loop)[0]
+    # the margins count floats
+    assert [*map(type, state.sent.command)] == [float, float]
+
+
 @pytest.mark.parametrize(('file', 'changed', 'reason'), [
     ('', {'position_controller': {'controller_type': 'backstepping', 'backstepping.f': 1e4}}, 'the motion diverges'),
     ('', {'reference_cart': {'period': 1e6}}, 'a lap of 1e+06 s'),
