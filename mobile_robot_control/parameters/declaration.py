@@ -150,12 +150,18 @@ def flatten(values: object) -> dict[str, Any]:
     return {name: declared.default for name, declared in declarations(type(values), defaults=values).items()}
 
 
+_MANY = 24
+"""Names beyond which a message tells their groups."""
+
+
 def nearest(name: str, candidates: Iterable[str]) -> str:
-    """Return 'did you mean ...?' with the nearest known name, or all known names if none is near."""
+    """Return 'did you mean ...?' with the nearest known name, or the known names if none is near; groups of many."""
     import difflib  # noqa: PLC0415 (a node starts sooner without)
 
     names = sorted(candidates)
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    if len(names) > _MANY:
+        names = sorted({one.partition('.')[0] + '.*' * ('.' in one) for one in names})
     return f"did you mean '{close[0]}'?" if close else f'known are {", ".join(names)}'
 
 

@@ -24,7 +24,7 @@ NO_NUMBERS = ['nan', 'inf', '-inf', '1e999', 'x', '', '1,5', '0x1', '1/2', '½',
 """No value of any number of an option."""
 NO_NAMES = [name for name in NAMES if name.strip('-\n') and '/' not in name and '.' not in name]
 """No file, parameter, law or number."""
-ANY_TEXT = {'-h', '--version', '--output', '--bag', '--report', '--host', '--scheduler'}
+ANY_TEXT = {'-h', '--version', '--output', '--bag', '--report', '--host', '--scheduler', '--path'}
 """Options that take any text, or none."""
 
 
