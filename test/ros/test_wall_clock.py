@@ -194,6 +194,7 @@ def test_beside_a_busy_core_the_robot_tracks_and_recovers_from_each_stopped_node
             while time.time() < started + SOAK:
                 print(f'\r{controller}: {time.time() - started:4.0f} of {SOAK:.0f} s', end='', flush=True)
                 robot.listen(min(5.0, SOAK / 4))
+            assert seen.errors[-1][0] > started + SOAK / 2, robot.log()
             rms = seen.rms_error(started + SOAK / 2)
             print(f'\r{controller}: RMS error {100 * rms:.2f} cm in the second half of {SOAK:.0f} s')
             assert 0.0 < rms < BOUNDS[controller], robot.log()
