@@ -37,7 +37,7 @@ def spoilt_bytes(draw, content):
 def spoilt_text(draw, content):
     """Spoil a text: mangled in some places, or its bytes spoilt."""
     if draw.random() < 0.3:
-        return spoilt_bytes(draw, content.encode())
+        return spoilt_bytes(draw, content.encode(errors='surrogatepass'))
     for _ in range(draw.choice((1, 1, 2, 10))):
         content = mangled(draw, content)
     return content.encode(errors='surrogateescape' if draw.random() < 0.5 else 'replace')
