@@ -34,9 +34,9 @@ Configure = Callable[[Path], Configuration]
 
 def _from_csv(path: Path, progress: ProgressCallback) -> Recording:
     reader, size = SampleReader(), path.stat().st_size
-    with open_bounded(path, TABLE) as file, io.TextIOWrapper(file, encoding='utf-8', newline='') as text:
+    with open_bounded(path, TABLE) as file, io.TextIOWrapper(file, encoding='utf-8', newline='') as lines:
         try:
-            rows = csv_table.Rows(text)
+            rows = csv_table.Rows(lines)
         except csv_table.NotATableError as error:
             raise UnreadableRunError(f'{path}: {error}') from error
         for count, row in enumerate(rows.numbers()):
