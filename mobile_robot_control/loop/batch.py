@@ -74,10 +74,10 @@ def reason_of(error: Exception) -> str:
 
 WHY_PLAIN = "numba is not installed; install the extra 'fast'"  # where nothing compiles
 try:
-    with warnings.catch_warnings(record=True) as told_by_numba:
+    with warnings.catch_warnings(record=True) as _told:
         import numba
-    for warning in told_by_numba:  # of an environment variable, with a traceback from its second line on
-        print(str(warning.message).partition('\n')[0], file=sys.stderr)
+    for _one in _told:  # of an environment variable, with a traceback from its second line on
+        print(str(_one.message).partition('\n')[0], file=sys.stderr)
     import numpy as np
     from numba.extending import register_jitable
 
